@@ -1,0 +1,139 @@
+"""Denavit-Hartenberg rows, and the frames of any chain made of them (standard, or distal, convention)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .arrays import as_rows
+from .errors import BadInput, JointLimit, Violation
+
+
+@dataclass(frozen=True, slots=True)
+class DHRow:
+    """One joint: `A = Rz(theta) Tz(d) Tx(a) Rx(alpha)`, lengths in mm, angles in rad.
+
+    The joint's variable is *added* to `theta` (revolute) or to `d` (prismatic), so `theta` or `d` holds the
+    constant offset. Entries may be numbers or SymPy expressions.
+    """
+
+    theta: Any
+    d: Any
+    a: Any
+    alpha: Any
+    prismatic: bool = False
+
+    def at(self, q) -> tuple:
+        """`(theta, d, a, alpha)` with the joint variable `q` (rad or mm) put in."""
+        if self.prismatic:
+            return self.theta, self.d + q, self.a, self.alpha
+        return self.theta + q, self.d, self.a, self.alpha
+
+
+class Chain:
+    """A serial chain of DH rows; frame 0 is the base, frame n moves with joint n and is the tool.
+
+    `limits`: one `(low, high)` a joint, or None. `names`: one name a joint; q1, q2, ... (d3 where joint 3 is
+    prismatic) if left out. Numbers go in and arrays come out; SymPy symbols go in and SymPy matrices come out.
+    """
+
+    def __init__(self, rows: Sequence[DHRow], limits=None, names=None, name: str = "chain"):
+        self.rows = tuple(row if isinstance(row, DHRow) else DHRow(*row) for row in rows)
+        if not self.rows:
+            raise BadInput("`rows` must hold at least one DHRow; got none.")
+        default = (f"{'d' if row.prismatic else 'q'}{i}" for i, row in enumerate(self.rows, start=1))
+        self.names = tuple(names or default)
+        self.limits = None if limits is None else tuple((float(low), float(high)) for low, high in limits)
+        self.name = name
+        for what, values in (("names", self.names), ("limits", self.limits)):
+            if values is not None and len(values) != len(self.rows):
+                raise BadInput(f"`{what}` must have one entry a joint: {len(self.rows)}; got {len(values)}.")
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __repr__(self) -> str:
+        return f"Chain({self.name!r}, joints {', '.join(self.names)})"
+
+    def matrices(self, q):
+        """The link matrices A_1 .. A_n: (..., n, 4, 4), mm; a list of SymPy matrices for symbolic input."""
+        if self._is_symbolic(q):
+            from .symbolic import dh_matrix
+
+            return [dh_matrix(*row.at(variable)) for row, variable in zip(self.rows, q, strict=True)]
+        q = as_rows(q, "q", len(self.rows), "joint values in rad (mm where prismatic)")
+        out = np.empty((*q.shape, 4, 4))
+        for i, row in enumerate(self.rows):
+            _fill_matrix(out[..., i, :, :], *row.at(q[..., i]))
+        return out
+
+    def frames(self, q):
+        """T_0_0 .. T_0_n: (..., n + 1, 4, 4), mm; a list of SymPy matrices for symbolic input."""
+        links = self.matrices(q)
+        if isinstance(links, list):
+            return _products(links)
+        out = np.empty((*links.shape[:-3], len(self.rows) + 1, 4, 4))
+        out[..., 0, :, :] = np.eye(4)
+        for i in range(len(self.rows)):
+            np.matmul(out[..., i, :, :], links[..., i, :, :], out=out[..., i + 1, :, :])
+        return out
+
+    def fk(self, q):
+        """T_base_tool: (..., 4, 4), mm; a SymPy matrix for symbolic input."""
+        frames = self.frames(q)
+        return frames[-1] if isinstance(frames, list) else frames[..., -1, :, :]
+
+    def violations(self, q) -> tuple[Violation, ...]:
+        """Every joint of `q` (n,) that is outside its limits; empty if all are inside, or there are none."""
+        q = as_rows(q, "q", len(self.rows), "joint values in rad (mm where prismatic)")
+        return limit_violations(q.tolist(), self.limits or (), self.names)
+
+    def check(self, q) -> None:
+        """Raise `JointLimit` if any joint of `q` (n,) is outside its limits, naming joint, value and limit."""
+        violations = self.violations(q)
+        if violations:
+            raise JointLimit(violations, clipped(q, self.limits), self.name)
+
+    def _is_symbolic(self, q) -> bool:
+        entries = [e for row in self.rows for e in (row.theta, row.d, row.a, row.alpha)]
+        if isinstance(q, (list, tuple)) or getattr(q, "shape", None) in ((len(self), 1), (1, len(self))):
+            entries += list(q)
+        return any(hasattr(entry, "free_symbols") for entry in entries)
+
+
+def limit_violations(q, limits, names=("q1", "q2", "q3", "q4"), slack: float = 1e-9) -> tuple[Violation, ...]:
+    """One `Violation` for each value of `q` more than `slack` (rad or mm) outside its `(low, high)`."""
+    found = []
+    for value, (low, high), name in zip(q, limits, names, strict=False):
+        if value < low - slack:
+            found.append(Violation(name, value, low))
+        elif value > high + slack:
+            found.append(Violation(name, value, high))
+    return tuple(found)
+
+
+def clipped(q, limits) -> tuple[float, ...]:
+    """`q` with each value moved to its nearest limit where it is outside."""
+    return tuple(min(max(float(value), low), high) for value, (low, high) in zip(q, limits, strict=True))
+
+
+def _fill_matrix(out, theta, d, a, alpha) -> None:
+    ct, st, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
+    rows = (
+        (ct, -st * ca, st * sa, a * ct),
+        (st, ct * ca, -ct * sa, a * st),
+        (0.0, sa, ca, d),
+        (0.0, 0.0, 0.0, 1.0),
+    )
+    for i, row in enumerate(rows):
+        for j, entry in enumerate(row):
+            out[..., i, j] = entry
+
+
+def _products(links: list) -> list:
+    """The running products of SymPy link matrices, the identity first."""
+    frames = [links[0].__class__.eye(4)]
+    for link in links:
+        frames.append(frames[-1] * link)
+    return frames

@@ -1,0 +1,269 @@
+"""Forward and inverse kinematics and the Jacobian: the face of the generated formulas, for one pose or many.
+
+Positions are in mm in the base frame (z up along the axis of joint 1), angles in rad. `pitch` is the angle of the
+last link above the horizontal, -(q2 + q3 + q4). Derived in chapters 03 to 05.
+"""
+
+from math import isfinite, pi, tau
+from typing import NamedTuple
+
+import numpy as np
+
+from .arrays import as_rows, fill, in_blocks
+from .dh import clipped, limit_violations
+from .errors import BadInput, JointLimit, Unreachable, Violation
+from .generated import fk as _fk
+from .generated import ik as _ik
+from .generated import jacobian as _jacobian
+from .geometry import COURSE, HOME, LIMITS, Geometry
+
+#: cos(bend) may exceed 1 by this much before a pose counts as out of reach: rounding, below 1e-9 mm.
+REACH_SLACK = 1e-13
+
+#: Joint angles may exceed a limit by this much (rad): rounding in the inverse.
+LIMIT_SLACK = 1e-9
+
+#: Nearer to the axis of joint 1 than this (mm), q1 is free.
+ON_AXIS = 1e-10
+
+JOINT_ANGLES = "the four joint angles in rad"
+TASK_POSE = "x, y, z in mm and pitch in rad"
+
+#: The four branches in the order in which `ik` returns them: (front, elbow_up).
+BRANCHES = ((True, True), (True, False), (False, True), (False, False))
+
+
+class Pose(NamedTuple):
+    """Where the tool is: x, y, z in mm in the base frame, pitch in rad above the horizontal, in (-pi, pi]."""
+
+    x: float
+    y: float
+    z: float
+    pitch: float
+
+
+#: Makes a Pose in half the time that calling `Pose(...)` takes.
+_new = tuple.__new__
+
+
+class IKSolution:
+    """One branch of the inverse. It can stand wherever four joint angles can: `omx.fk(solution)`.
+
+    `q`: four angles (rad) in (-pi, pi], None where out of reach. `front`: the arm reaches forward, not over its
+    back. `elbow_up`: the elbow is above the line from shoulder to wrist. `missing` (mm): how far the wrist is out
+    of reach, 0 if `reachable`. `violations`: each joint that is outside its limits.
+    """
+
+    __slots__ = ("q", "front", "elbow_up", "reachable", "violations", "missing")
+
+    def __init__(self, q, front, elbow_up, violations=(), missing=0.0):
+        self.q: tuple[float, float, float, float] | None = q
+        self.front: bool = front
+        self.elbow_up: bool = elbow_up
+        self.reachable: bool = q is not None
+        self.violations: tuple[Violation, ...] = violations
+        self.missing: float = missing
+
+    @property
+    def legal(self) -> bool:
+        """Within reach, and every joint within its limits."""
+        return self.reachable and not self.violations
+
+    @property
+    def branch(self) -> str:
+        """The branch in words: `front, elbow up`."""
+        return f"{'front' if self.front else 'back'}, elbow {'up' if self.elbow_up else 'down'}"
+
+    def _angles(self) -> tuple[float, float, float, float]:
+        if self.q is None:
+            raise BadInput(f"the branch `{self.branch}` has no joint angles: {self.missing:.3f} mm out of reach.")
+        return self.q
+
+    def __iter__(self):
+        return iter(self._angles())
+
+    def __len__(self) -> int:
+        return 4
+
+    def __getitem__(self, index):
+        return self._angles()[index]
+
+    def __repr__(self) -> str:
+        if self.q is None:
+            return f"IKSolution({self.branch}: out of reach by {self.missing:.3f} mm)"
+        angles = ", ".join(f"{angle / pi * 180 + 0.0:.3f}" for angle in self.q)
+        verdict = "legal" if self.legal else "; ".join(str(v) for v in self.violations)
+        return f"IKSolution({self.branch}: q = ({angles}) deg, {verdict})"
+
+
+def fk(q, geometry: Geometry = COURSE) -> np.ndarray:
+    """T_base_tool, (..., 4, 4), mm, for joint angles `q`, (..., 4), rad. Raises `BadInput`."""
+    q = as_rows(q, "q", 4, JOINT_ANGLES)
+    if q.ndim == 1:
+        return np.array(_fk.transform(*q.tolist(), *geometry.values))
+    return _matrices(_fk.transform_batch, q, geometry, (4, 4))
+
+
+def pose(q, geometry: Geometry = COURSE):
+    """The tool's `Pose` (plain floats) for four joint angles; an (..., 4) array for `q` of shape (..., 4), rad.
+
+    x, y, z in mm, pitch in rad, in (-pi, pi]. Raises `BadInput`.
+    """
+    try:
+        q1, q2, q3, q4 = q if type(q) is not np.ndarray or q.ndim != 1 else q.tolist()
+        if not isfinite(q1 + q2 + q3 + q4):
+            raise ValueError
+        x, y, z, pitch = _fk.pose(q1, q2, q3, q4, *geometry.values)
+    except (TypeError, ValueError):  # not four finite numbers: a batch, or a mistake that `as_rows` explains
+        return _pose_batch(as_rows(q, "q", 4, JOINT_ANGLES), geometry)
+    return _new(Pose, (x, y, z, pitch if pitch > -pi else pi))
+
+
+def frames(q, geometry: Geometry = COURSE) -> np.ndarray:
+    """T_0_0 .. T_0_4, (..., 5, 4, 4), mm: the base frame, then the frame that moves with each joint."""
+    q = as_rows(q, "q", 4, JOINT_ANGLES)
+    if q.ndim > 1:
+        return geometry.chain.frames(q)
+    out = np.empty((5, 4, 4))
+    out[0] = np.eye(4)
+    out[1:] = _fk.frames(*q.tolist(), *geometry.values)
+    return out
+
+
+def jacobian(q, geometry: Geometry = COURSE) -> np.ndarray:
+    """The geometric Jacobian, (..., 6, 4): linear rows first (mm/rad), then angular rows (rad/rad), base frame."""
+    q = as_rows(q, "q", 4, JOINT_ANGLES)
+    if q.ndim == 1:
+        return np.array(_jacobian.jacobian(*q.tolist(), *geometry.values))
+    return _matrices(_jacobian.jacobian_batch, q, geometry, (6, 4))
+
+
+def ik(pose, geometry: Geometry = COURSE, limits=LIMITS) -> tuple[IKSolution, IKSolution, IKSolution, IKSolution]:
+    """All four branches for a task pose [x, y, z, pitch] (mm, rad): front/up, front/down, back/up, back/down.
+
+    Every branch gets a verdict: out of reach (and by how much), or each joint limit that it breaks. On the axis of
+    joint 1, where q1 is free, q1 is 0 in front and pi at the back; `solve_ik` chooses it. Raises `BadInput`.
+    """
+    x, y, z, pitch = _four(pose, "pose", TASK_POSE)
+    if x == 0.0 and y == 0.0:
+        x = y = 0.0  # without signs, which would turn q1 by pi
+    return _branches(x, y, z, pitch, geometry, limits)
+
+
+def solve_ik(pose, near=HOME, geometry: Geometry = COURSE, limits=LIMITS) -> IKSolution:
+    """The legal solution whose joints have the least way to go from `near` (rad).
+
+    Raises `Unreachable` (how far, and the nearest reachable pose), `JointLimit` (the branch that comes closest to
+    its limits, and by how much each joint exceeds them), or `BadInput`. On the axis of joint 1, q1 is near's.
+    """
+    x, y, z, pitch = target = _four(pose, "pose", TASK_POSE)
+    near = _four(near, "near", JOINT_ANGLES)
+    solutions = _branches(x, y, z, pitch, geometry, limits)
+    if x * x + y * y <= ON_AXIS * ON_AXIS:
+        solutions = [_turned(s, near[0], limits) for s in solutions]
+    legal = [s for s in solutions if s.legal]
+    if legal:
+        return min(legal, key=lambda s: sum((a - b) ** 2 for a, b in zip(s.q, near, strict=True)))
+    reachable = [s for s in solutions if s.reachable]
+    if reachable:
+        least = min(reachable, key=lambda s: max(v.excess for v in s.violations))
+        raise JointLimit(least.violations, clipped(least.q, limits), f"no legal branch; nearest is {least.branch}")
+    raise _unreachable(target, solutions, geometry)
+
+
+def ik_batch(poses, geometry: Geometry = COURSE, limits=LIMITS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """`ik` for many poses (N, 4): q (N, 4 branches, 4 joints), reachable (N, 4), legal (N, 4).
+
+    Angles are in [-pi, pi] and NaN where a branch is out of reach. Raises `BadInput`.
+    """
+    poses = as_rows(poses, "poses", 4, TASK_POSE)
+    if poses.ndim != 2:
+        raise BadInput(f"`poses` must have shape (N, 4); got {poses.shape}. For one pose use `ik`.")
+    q = np.empty((len(poses), 4, 4))
+    reachable = np.empty((len(poses), 4), dtype=bool)
+    legal = np.empty((len(poses), 4), dtype=bool)
+    for rows, columns in in_blocks(poses):
+        _ik_block(columns, geometry, limits, q[rows], reachable[rows], legal[rows])
+    return q, reachable, legal
+
+
+def _branches(x, y, z, pitch, geometry, limits):
+    *angles, D_front, D_back = _ik.branches(x, y, z, pitch, *geometry.values)
+    shortest = None
+    solutions = []
+    for q, (front, elbow_up) in zip(angles, BRANCHES, strict=True):
+        if abs(D_front if front else D_back) <= 1.0 + REACH_SLACK:
+            solutions.append(IKSolution(q, front, elbow_up, _verdict(q, limits)))
+            continue
+        if shortest is None:
+            shortest = _ik.missing(x, y, z, pitch, *geometry.values)
+        solutions.append(IKSolution(None, front, elbow_up, (), shortest[not front]))
+    return tuple(solutions)
+
+
+def _verdict(q, limits) -> tuple[Violation, ...]:
+    """The violations of `q`; the usual case, none, is decided without a loop."""
+    q1, q2, q3, q4 = q
+    (low1, high1), (low2, high2), (low3, high3), (low4, high4) = limits
+    if low1 <= q1 <= high1 and low2 <= q2 <= high2 and low3 <= q3 <= high3 and low4 <= q4 <= high4:
+        return ()
+    return limit_violations(q, limits, slack=LIMIT_SLACK)
+
+
+def _turned(solution: IKSolution, q1: float, limits) -> IKSolution:
+    """The solution with q1 given, the back branch half a turn from it: for poses on the axis of joint 1."""
+    if not solution.reachable:
+        return solution
+    first = q1 if solution.front else q1 + pi
+    q = (pi - (pi - first) % tau, *solution.q[1:])
+    return IKSolution(q, solution.front, solution.elbow_up, _verdict(q, limits))
+
+
+def _unreachable(target, solutions, geometry) -> Unreachable:
+    """The error with the pose that the wrist reaches when it stretches (or folds) towards the target."""
+    best = min(solutions, key=lambda s: s.missing)
+    angles = _ik.branches(*target, *geometry.values)[solutions.index(best)]
+    return Unreachable(Pose(*target), best.missing, pose(angles, geometry))
+
+
+def _pose_batch(q: np.ndarray, geometry: Geometry) -> np.ndarray:
+    rows = q.reshape(-1, 4)
+    out = np.empty(rows.shape)
+    for piece, columns in in_blocks(rows):
+        for j, column in enumerate(_fk.pose_batch(*columns, *geometry.values)):
+            out[piece, j] = column
+    return out.reshape(q.shape)
+
+
+def _matrices(function, q: np.ndarray, geometry: Geometry, shape: tuple[int, int]) -> np.ndarray:
+    rows = q.reshape(-1, 4)
+    out = np.empty((len(rows), *shape))
+    for piece, columns in in_blocks(rows):
+        fill(out[piece], function(*columns, *geometry.values))
+    return out.reshape(*q.shape[:-1], *shape)
+
+
+def _ik_block(columns, geometry, limits, q, reachable, legal) -> None:
+    *angles, D_front, D_back = _ik.branches_batch(*columns, *geometry.values)
+    for b, ((front, _), joints) in enumerate(zip(BRANCHES, angles, strict=True)):
+        within = np.abs(D_front if front else D_back) <= 1.0 + REACH_SLACK
+        inside = within.copy()
+        for j, (angle, (low, high)) in enumerate(zip(joints, limits, strict=True)):
+            inside &= (angle >= low - LIMIT_SLACK) & (angle <= high + LIMIT_SLACK)
+            q[:, b, j] = angle
+        q[~within, b] = np.nan
+        reachable[:, b], legal[:, b] = within, inside
+
+
+def _four(value, name: str, wanted: str) -> tuple[float, float, float, float]:
+    """Four finite floats from a list, tuple or 1-D array; `BadInput` otherwise."""
+    try:
+        a, b, c, d = value if type(value) is not np.ndarray or value.ndim != 1 else value.tolist()
+        if isfinite(a + b + c + d):
+            return float(a), float(b), float(c), float(d)
+    except (TypeError, ValueError):
+        pass
+    rows = as_rows(value, name, 4, wanted)
+    if rows.ndim != 1:
+        raise BadInput(f"`{name}` must be {wanted}: four numbers; got shape {rows.shape}.")
+    return tuple(rows.tolist())
