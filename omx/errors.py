@@ -67,3 +67,30 @@ def _in_unit(violation: Violation) -> str:
     if violation.joint.startswith("d"):
         return f"{violation.limit:.2f}"
     return f"{math.degrees(violation.limit):.2f} deg"
+
+
+class Collision(OmxError):
+    """Two parts of the arm, or the arm and the table, would meet.
+
+    `first` and `second` name them, `depth` (mm) is how far they would overlap, `nearest` the last safe joint angles
+    (rad) on the way.
+    """
+
+    def __init__(self, first: str, second: str, depth: float, nearest):
+        self.first, self.second, self.depth, self.nearest = first, second, depth, tuple(nearest)
+        angles = ", ".join(f"{math.degrees(a):.1f}" for a in self.nearest)
+        super().__init__(
+            f"refused: the {first} would run {depth:.1f} mm into the {second}. The arm could go as far as "
+            f"({angles}) deg."
+        )
+
+
+class TooFast(OmxError):
+    """A joint would have to be faster than the cap: `joint`, its `speed` and the `cap` (rad/s), `seconds` it takes."""
+
+    def __init__(self, joint: str, speed: float, cap: float, seconds: float):
+        self.joint, self.speed, self.cap, self.seconds = joint, speed, cap, seconds
+        super().__init__(
+            f"refused: {joint} would turn at {math.degrees(speed):.0f} deg/s; the cap is {math.degrees(cap):.0f} "
+            f"deg/s. Take at least {seconds:.2f} s."
+        )
