@@ -11,9 +11,10 @@ from math import ceil
 import numpy as np
 
 from .arrays import as_rows
+from .differential import joint_velocity, manipulability
 from .errors import BadInput, OmxError
 from .geometry import COURSE, LIMITS, Geometry
-from .kinematics import Pose, jacobian, pose, solve_ik
+from .kinematics import Pose, pose, solve_ik
 
 Scaling = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
@@ -101,9 +102,7 @@ def joint_move(q0, q1, seconds: float, scaling: Scaling = quintic, rate: float =
     q0, q1 = _angles(q0, "q0"), _angles(q1, "q1")
     t, (s, ds, dds) = _timeline(seconds, scaling, rate)
     way = q1 - q0
-    return Trajectory(
-        t, q0 + np.outer(s, way), np.outer(ds, way) / seconds, np.outer(dds, way) / (seconds * seconds)
-    )
+    return Trajectory(t, q0 + np.outer(s, way), np.outer(ds, way) / seconds, np.outer(dds, way) / (seconds * seconds))
 
 
 def joint_path(waypoints, seconds: float | Sequence[float], scaling: Scaling = quintic, rate: float = 100.0):
@@ -151,11 +150,6 @@ def line(
     return Trajectory(t, q, qd, qdd)
 
 
-def task_jacobian(q, geometry: Geometry = COURSE) -> np.ndarray:
-    """d(x, y, z, pitch)/dq, (4, 4): the linear rows of the Jacobian and the row of the pitch."""
-    return np.vstack([jacobian(q, geometry)[:3], [0.0, -1.0, -1.0, -1.0]])
-
-
 def _next(wanted, last, geometry, limits):
     solution = np.array(solve_ik(wanted, last, geometry, limits))
     jump = np.abs(solution - last).max()
@@ -165,11 +159,10 @@ def _next(wanted, last, geometry, limits):
 
 
 def _joint_velocity(q, task_velocity, geometry, max_speed):
-    J = task_jacobian(q, geometry)
     size = geometry.L2 * geometry.L3 * (geometry.L2 + geometry.L3 + geometry.L4)
-    if abs(np.linalg.det(J)) < NEAR_SINGULAR * size:
+    if manipulability(q, geometry) < NEAR_SINGULAR * size:
         raise OmxError("the arm is singular there: some direction cannot be followed at any joint speed.")
-    qd = np.linalg.solve(J, task_velocity)
+    qd = joint_velocity(q, task_velocity, geometry=geometry)
     fastest = int(np.abs(qd).argmax())
     if abs(qd[fastest]) > max_speed:
         raise OmxError(

@@ -5,7 +5,7 @@ import pytest
 
 import omx
 from omx.errors import BadInput, JointLimit, Unreachable
-from omx.trajectory import PathBlocked, cubic, joint_move, joint_path, line, quintic, task_jacobian, trapezoid
+from omx.trajectory import PathBlocked, cubic, joint_move, joint_path, line, quintic, trapezoid
 
 SCALINGS = {"cubic": cubic, "quintic": quintic, "trapezoid": trapezoid(0.2), "triangle": trapezoid(0.5)}
 
@@ -79,14 +79,6 @@ def test_a_point_to_point_move_is_not_a_straight_line_of_the_tool_but_line_is():
 def test_the_velocities_of_a_line_are_the_differences_of_its_angles():
     move = line(omx.HOME, [180, 60, 200, -0.3], 2.0, rate=500)
     np.testing.assert_allclose(np.gradient(move.q, move.t, axis=0)[1:-1], move.qd[1:-1], atol=2e-4)
-
-
-def test_the_task_jacobian_has_the_determinant_of_the_theory():
-    q = np.array([0.3, 0.4, -0.2, 0.5])
-    g = omx.COURSE
-    x, y, _, _ = omx.pose(q)
-    expected = g.L2 * g.L3 * np.hypot(x, y) * np.cos(q[2] - g.delta)
-    assert abs(np.linalg.det(task_jacobian(q))) == pytest.approx(abs(expected), rel=1e-12)
 
 
 @pytest.mark.parametrize(
