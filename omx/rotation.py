@@ -1,0 +1,52 @@
+"""A rotation matrix as three angles: roll, pitch, yaw.
+
+Convention: R = Rz(yaw) Ry(pitch) Rx(roll). Read from left to right, these are turns about the axes of the moving
+frame (z, then the new y, then the newest x); read from right to left, about the fixed axes x, y, z.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from .errors import BadInput
+
+
+class RPY(NamedTuple):
+    """Roll about x, pitch about y, yaw about z, in rad; pitch in [-pi/2, pi/2], the others in (-pi, pi]."""
+
+    roll: float
+    pitch: float
+    yaw: float
+
+
+def from_rpy(roll: float, pitch: float, yaw: float) -> np.ndarray:
+    """`Rz(yaw) Ry(pitch) Rx(roll)`, (3, 3)."""
+    cr, sr, cp, sp = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
+    cy, sy = math.cos(yaw), math.sin(yaw)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def to_rpy(R) -> RPY:
+    """Roll, pitch and yaw of `R`, a (3, 3) rotation or a (4, 4) transform.
+
+    At pitch = +-90 deg only yaw - roll (or their sum) is determined; roll is 0 then. Raises `BadInput` if `R` is not
+    a rotation (to 1e-6).
+    """
+    R = np.asarray(R, dtype=float)
+    if R.shape not in ((3, 3), (4, 4)):
+        raise BadInput(f"`R` must be a rotation (3, 3) or a transform (4, 4); got shape {R.shape}.")
+    R = R[:3, :3]
+    if not (np.allclose(R.T @ R, np.eye(3), atol=1e-6) and np.linalg.det(R) > 0):
+        raise BadInput("`R` must be a rotation: orthonormal columns and determinant +1; this matrix is not.")
+    level = math.hypot(R[0, 0], R[1, 0])
+    pitch = math.atan2(-R[2, 0], level)
+    if level < 1e-9:
+        return RPY(0.0, pitch, math.atan2(-R[0, 1], R[1, 1]))
+    return RPY(math.atan2(R[2, 1], R[2, 2]), pitch, math.atan2(R[1, 0], R[0, 0]))
