@@ -6,13 +6,13 @@ with a unit for each column and one line a sample, every number in full precisio
 
 import csv
 import math
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
+from .dynamixel.clock import Clock
 from .errors import BadInput, OmxError
 from .generated.fk import PARAMETERS
 from .geometry import COURSE, Geometry
@@ -109,25 +109,21 @@ class Recorder:
                 raise
 
 
-def ticks(
-    seconds: float,
-    rate: float,
-    clock: Callable[[], float] = time.monotonic,
-    sleep: Callable[[float], None] = time.sleep,
-) -> Iterator[float]:
+def ticks(seconds: float, rate: float, clock: Clock | None = None) -> Iterator[float]:
     """The moments (s since the start) of a fixed-rate loop: `for t in ticks(10, rate=50): ...`.
 
     Waits for each moment without drift: a slow turn of the loop does not shift those after it. Moments that have
-    already passed come at once, so that no sample is left out.
+    already passed come at once, so that no sample is left out. `clock` (wall time if left out) has `now` and `sleep`.
     """
+    clock = clock or Clock()
     if not (math.isfinite(seconds) and seconds >= 0 and math.isfinite(rate) and rate > 0):
         raise BadInput(f"`seconds` must be 0 or more and `rate` positive; got {seconds} and {rate}.")
-    start = clock()
+    start = clock.now()
     for i in range(math.floor(seconds * rate + 1e-9) + 1):
-        wait = start + i / rate - clock()
+        wait = start + i / rate - clock.now()
         if wait > 0:
-            sleep(wait)
-        yield clock() - start
+            clock.sleep(wait)
+        yield clock.now() - start
 
 
 def write_log(log: Log, path) -> Path:

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import omx
+from omx.dynamixel.clock import SteppedClock
 from omx.errors import BadInput
 from omx.log import LogError, Recorder, read_log, ticks, write_log
 
@@ -125,16 +126,23 @@ def test_a_sample_must_fill_the_columns(tmp_path):
 
 
 def test_ticks_do_not_drift_and_none_is_left_out():
-    now = [0.0]
-
-    def work(seconds):
-        now[0] += seconds
-
-    moments = []
-    for i, t in enumerate(ticks(1.0, 50, clock=lambda: now[0], sleep=work)):
+    clock, moments = SteppedClock(), []
+    for i, t in enumerate(ticks(1.0, 50, clock)):
         moments.append(t)
-        work(0.1 if i == 10 else 0.003)  # one slow turn of the loop
+        clock.sleep(0.1 if i == 10 else 0.003)  # one slow turn of the loop
     assert len(moments) == 51
     late = np.array(moments) - np.arange(51) / 50
     assert late.max() == pytest.approx(0.08)
     assert late[-1] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_ticks_keep_wall_time_unless_told_otherwise():
+    moments = list(ticks(0.2, 50))
+    assert len(moments) == 11
+    assert moments[-1] >= 0.2
+
+
+@pytest.mark.parametrize(("seconds", "rate"), [(-1, 50), (1, 0), (float("nan"), 50), (1, float("inf"))])
+def test_ticks_need_a_time_and_a_rate(seconds, rate):
+    with pytest.raises(BadInput, match="`seconds`"):
+        list(ticks(seconds, rate))

@@ -229,7 +229,7 @@ class Robot:
 
     def ticks(self, seconds: float, rate: float = 50.0):
         """The moments (s) of a loop at `rate` turns a second of the arm's time: `for t in robot.ticks(10): ...`."""
-        return ticks(seconds, rate, self.clock.now, self.clock.sleep)
+        return ticks(seconds, rate, self.clock)
 
     def log(self, seconds: float, path="log.csv", rate: float = 50.0, progress=None, **notes) -> Log:
         """Sample for `seconds`, `rate` times a second, into a CSV file, while the arm does what it was told.
