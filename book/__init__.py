@@ -1,0 +1,1 @@
+"""The book around the notebooks: its site, and the tools that run, check and publish the chapters."""

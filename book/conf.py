@@ -1,0 +1,81 @@
+"""Sphinx's settings: the site over book/ and notebooks/. Built by `python run.py book`; warnings are errors."""
+
+import json
+import re
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from book.tools import executed, npm, pages  # noqa: E402
+
+project = "Kinematics of the OpenMANIPULATOR-X"
+author = "the OpenMANIPULATOR-X kinematics book authors"
+copyright = "the authors; BSD-3-Clause"
+html_title = "Kinematics of the OpenMANIPULATOR-X"
+language = "en"
+
+root_doc = "book/index"
+include_patterns = ["book/*.md", "book/*/*.md", "notebooks/*.ipynb"]
+exclude_patterns = [".venv", "build", ".git", "omx", "tests", "**/.ipynb_checkpoints"]
+extensions = ["myst_nb", "sphinx_design", "sphinx.ext.autodoc", "book.tools.directives"]
+myst_enable_extensions = ["amsmath", "attrs_inline", "colon_fence", "deflist", "dollarmath", "substitution"]
+myst_heading_anchors = 3
+default_role = "code"
+nitpicky = False
+
+# The chapters come executed from build/executed; see `source_read` below.
+nb_execution_mode = "off"
+nb_ipywidgets_js = {}
+nb_merge_streams = True
+nb_mime_priority_overrides = [("html", "text/html", 5), ("html", "image/svg+xml", 10)]
+
+autodoc_default_options = {"members": True, "member-order": "bysource", "undoc-members": False}
+autodoc_typehints = "description"
+autodoc_preserve_defaults = True
+
+html_theme = "sphinx_book_theme"
+html_theme_options = {
+    "show_navbar_depth": 1,
+    "show_toc_level": 2,
+    "use_fullscreen_button": False,
+    "navigation_with_keys": True,
+    "logo": {"text": "OpenMANIPULATOR-X", "alt_text": "Kinematics of the OpenMANIPULATOR-X: start page"},
+    "pygments_light_style": "a11y-high-contrast-light",
+    "pygments_dark_style": "a11y-high-contrast-dark",
+}
+html_context = {"default_mode": "auto"}
+html_logo = "static/arm.svg"
+html_favicon = "static/arm.svg"
+html_static_path = ["static", str(npm.BUILD / "shared")]
+html_css_files = ["house.css"]
+html_js_files = [("omx-view.js", {"defer": "defer"}), ("omx-kinematics.js", {"defer": "defer"}),
+                 ("panel.js", {"defer": "defer"}), ("page.js", {"defer": "defer"})]  # fmt: skip
+html_copy_source = True
+html_show_sphinx = False
+html_last_updated_fmt = None
+mathjax_path = "mathjax/tex-svg-full.js"
+mathjax3_config = {"svg": {"fontCache": "local", "mtextInheritFont": True}, "options": {"enableMenu": False}}
+
+
+def source_read(app, docname, source):
+    """Hand MyST-NB the chapter with its outputs, prepared as a page."""
+    path = ROOT / f"{docname}.ipynb"
+    if docname.startswith("notebooks/"):
+        app.env.note_dependency(str(executed.kept(path)))
+        source[0] = json.dumps(pages.page(executed.merged(path), path.stem))
+
+
+def plain_docstring(app, what, name, obj, options, lines):
+    """The docstrings are prose with code in single backticks; keep reST from reading more into them."""
+    lines[:] = ["".join(escaped(part) for part in re.split(r"(`[^`]*`)", line)) for line in lines]
+
+
+def escaped(text):
+    return text if text.startswith("`") else re.sub(r"([*|]|_(?=\W|$))", r"\\\1", text)
+
+
+def setup(app):
+    app.connect("source-read", source_read)
+    app.connect("autodoc-process-docstring", plain_docstring)

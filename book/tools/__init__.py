@@ -1,0 +1,1 @@
+"""Tools that make and check the notebooks: `python -m book.tools.NAME`."""

@@ -1,0 +1,85 @@
+"""The chapters with their outputs, run once for the site and the slides together.
+
+A run is kept in build/executed and used again while the chapter's code, `omx` and environment.txt stay as they
+are; prose may change freely. Scenes and panels come out as HTML (OMX_VIEW=shared), and what a chapter generates
+goes to build/executed, not into `omx`.
+"""
+
+import concurrent.futures
+import copy
+import hashlib
+import json
+import os
+import time
+from pathlib import Path
+
+from book.tools import execute, normalise
+from book.tools.place import ENVIRONMENT, NOTEBOOKS, ROOT
+
+FOLDER = ROOT / "build" / "executed"
+AT_ONCE = 2
+
+
+def chapters():
+    """The paths of all chapters, in order."""
+    return sorted(NOTEBOOKS.glob("*.ipynb"))
+
+
+def run_all(paths=None, folder=FOLDER):
+    """Run those chapters whose code or `omx` changed; the path of the kept run of each. Raises `execute.Failed`."""
+    paths = list(paths or chapters())
+    package = fingerprint_of_package()
+    stale = [path for path in paths if key_of_run(kept(path, folder)) != key(path, package)]
+    with concurrent.futures.ThreadPoolExecutor(AT_ONCE) as pool:
+        for report in pool.map(lambda path: run(path, package, folder), stale):
+            print(report, flush=True)
+    return {path: kept(path, folder) for path in paths}
+
+
+def run(path, package, folder):
+    """Run one chapter and keep it; a line that says how long it took."""
+    start = time.perf_counter()
+    generated = folder / "generated" / path.stem
+    generated.mkdir(parents=True, exist_ok=True)
+    variables = {**os.environ, "OMX_VIEW": "shared", "OMX_GENERATED": str(generated)}
+    notebook = execute.run(path, env=variables)
+    notebook.metadata["omx_key"] = key(path, package)
+    kept(path, folder).write_text(json.dumps(notebook, indent=1), encoding="utf-8")
+    return f"{path.name} ran in {time.perf_counter() - start:.1f} s"
+
+
+def merged(path, folder=FOLDER):
+    """The chapter as it is written now (parsed JSON), with the outputs of its kept run."""
+    notebook, done = normalise.read(path), normalise.read(kept(path, folder))
+    outputs = [cell["outputs"] for cell in done["cells"] if cell["cell_type"] == "code"]
+    for cell in notebook["cells"]:
+        if cell["cell_type"] == "code":
+            cell["outputs"] = copy.deepcopy(outputs.pop(0))
+    return notebook
+
+
+def kept(path, folder=FOLDER):
+    return folder / path.name
+
+
+def key(path, package):
+    """A hash of all that a chapter's outputs depend on: its code, the package, the environment."""
+    cells = [c for c in normalise.read(path)["cells"] if c["cell_type"] == "code"]
+    code = [(normalise.text_of(c["source"]), c["metadata"].get("tags")) for c in cells]
+    return hashlib.sha256((package + json.dumps(code)).encode()).hexdigest()
+
+
+def key_of_run(path):
+    try:
+        return normalise.read(path)["metadata"].get("omx_key")
+    except (OSError, ValueError):
+        return None
+
+
+def fingerprint_of_package():
+    """A hash of environment.txt and of every file of `omx`."""
+    files = [p for p in sorted((ROOT / "omx").rglob("*")) if p.is_file() and "__pycache__" not in p.parts]
+    digest = hashlib.sha256(ENVIRONMENT.read_bytes())
+    for path in files:
+        digest.update(str(Path(path).relative_to(ROOT)).encode() + path.read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,53 @@
+"""A chapter as a page: the executed notebook, with its solutions folded away and its speaker's notes left out."""
+
+import copy
+
+from book.tools import normalise
+
+#: What a reader sees on the fold of a cell with this tag.
+FOLDED = {"solution": "Show a solution", "check": "Show the check"}
+
+
+def page(notebook, name, slides=True):
+    """The notebook (parsed JSON, with outputs) as MyST-NB should see it; `name` is the chapter's file name."""
+    notebook = copy.deepcopy(notebook)
+    cells = [prepared(cell) for cell in notebook["cells"] if not is_note(cell)]
+    notebook["cells"] = [cells[0], markdown(links(name, slides)), *cells[1:]]
+    return notebook
+
+
+def is_note(cell):
+    """Is this a remark for the speaker, and no part of the text?"""
+    return cell["cell_type"] == "markdown" and cell["metadata"].get("slideshow", {}).get("slide_type") == "notes"
+
+
+def prepared(cell):
+    """One cell with the tags that fold it, or boxes for its kind."""
+    tags = cell["metadata"].get("tags", [])
+    for tag in tags:
+        if cell["cell_type"] == "code" and tag in FOLDED:
+            cell["metadata"]["tags"] = [*tags, "hide-cell" if tag == "solution" else "hide-input"]
+            prompts = {"code_prompt_show": FOLDED[tag], "code_prompt_hide": "Hide"}
+            cell["metadata"]["mystnb"] = {**cell["metadata"].get("mystnb", {}), **prompts}
+    if cell["cell_type"] == "markdown":
+        cell["source"] = boxed(normalise.text_of(cell["source"]), tags)
+    return cell
+
+
+def boxed(text, tags):
+    """Prose with the tag `predict` in a box of its own, unless it holds a heading, which a box cannot."""
+    has_heading = any(line.startswith("#") for line in text.splitlines())
+    if "predict" not in tags or has_heading:
+        return text
+    return f"::::::{{div}} omx-predict\n{text}\n::::::"
+
+
+def links(name, slides):
+    """The row of buttons under a chapter's title."""
+    source = f'<a class="omx-button" href="../_sources/notebooks/{name}.ipynb" download>Download this notebook</a>'
+    deck = f'<a class="omx-button" href="../slides/{name}.html">Slides</a>' if slides else ""
+    return f'<p class="omx-links">{source} {deck}</p>'
+
+
+def markdown(text):
+    return {"cell_type": "markdown", "id": "links", "metadata": {}, "source": text}

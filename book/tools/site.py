@@ -1,0 +1,133 @@
+"""Build the site: `python run.py book` writes build/site, a folder to open or to put on any web server.
+
+    python -m book.tools.site                # chapters that changed are run, pages that changed are written
+    python -m book.tools.site --fresh        # everything anew
+    python -m book.tools.site --serve        # and show it at 127.0.0.1
+"""
+
+import argparse
+import functools
+import http.server
+import re
+import shutil
+import sys
+import time
+from pathlib import Path
+
+from book.tools import execute, executed, npm
+from book.tools.place import ROOT, Stop
+
+BUILD = ROOT / "build"
+SITE, SHARED, DOCTREES = BUILD / "site", BUILD / "shared", BUILD / "doctrees"
+GENERATED = ("fk", "ik")
+
+
+def build(fresh=False):
+    """Build everything into build/site; the exit status. Raises `Stop`, or `execute.Failed` for a chapter."""
+    from sphinx.cmd.build import build_main
+
+    if fresh:
+        for folder in (SITE, DOCTREES, executed.FOLDER, SHARED):
+            shutil.rmtree(folder, ignore_errors=True)
+    libraries = npm.modules()
+    executed.run_all()
+    share(libraries)
+    arguments = ["-b", "html", "-c", ROOT / "book", "-d", DOCTREES, "-W", "--keep-going", "-q", ROOT, SITE]
+    status = build_main([str(a) for a in arguments])
+    if status == 0:
+        finish()
+    return status
+
+
+def share(libraries, folder=SHARED):
+    """What every page loads, from npm and from `omx`: MathJax, the 3-D viewer, the kinematics in JavaScript."""
+    from omx.view import write_site_script
+
+    (folder / "mathjax").mkdir(parents=True, exist_ok=True)
+    update(folder / "mathjax" / "tex-svg-full.js", (libraries / "mathjax/es5/tex-svg-full.js").read_bytes())
+    update(folder / "omx-kinematics.js", kinematics().encode())
+    fresh = folder / "fresh"
+    fresh.mkdir(exist_ok=True)
+    update(folder / "omx-view.js", write_site_script(fresh).read_bytes())
+    shutil.rmtree(fresh)
+
+
+def update(path, data):
+    """Write the file if its bytes change, so that Sphinx sees what is new."""
+    if not path.exists() or path.read_bytes() != data:
+        path.write_bytes(data)
+
+
+def kinematics():
+    """The generated modules as one plain script (pages opened from a folder may not load modules)."""
+    parts = []
+    for name in GENERATED:
+        path = ROOT / "omx" / "generated" / f"{name}.js"
+        if not path.exists():
+            raise Stop(f"omx/generated/{name}.js is missing; `python -m omx.codegen` writes it from the notebooks.")
+        text = path.read_text(encoding="utf-8")
+        names = re.findall(r"^export (?:function|const) (\w+)", text, re.M)
+        body = re.sub(r"^export ", "", text, flags=re.M)
+        parts.append(f"{name}: (() => {{\n{body}\nreturn {{ {', '.join(names)} }};\n}})(),\n")
+    return f"window.OMX_KINEMATICS = {{\n{''.join(parts)}}};\n"
+
+
+def finish(site=SITE):
+    """What Sphinx leaves to do: a start page at the root, and an icon font without the icons nobody sees."""
+    target = "book/index.html"
+    (site / "index.html").write_text(
+        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>OpenMANIPULATOR-X</title>'
+        f'<meta http-equiv="refresh" content="0; url={target}"></head>'
+        f'<body><p><a href="{target}">To the book</a></p></body></html>\n',
+        encoding="utf-8",
+    )
+    thin_icons(site)
+    for path in site.rglob("*.map"):
+        path.unlink()
+
+
+def thin_icons(site):
+    """Drop from the theme's 1.5 MB icon script every icon that no page uses."""
+    script = site / "_static" / "scripts" / "fontawesome.js"
+    if not script.exists():
+        return
+    text = script.read_text(encoding="utf-8")
+    wanted = {"xmark", "bars", "angle-right", "chevron-down", "chevron-up"}
+    for page in [*site.rglob("*.html"), *site.glob("_static/scripts/*.js")]:
+        if page != script:
+            wanted |= set(re.findall(r"fa-([a-z0-9-]+)", page.read_text(encoding="utf-8", errors="replace")))
+    entry = re.compile(r'("?)([a-z0-9-]+)\1:\[\d+,\d+,\[[^\]]*\],"[0-9a-f]*",(?:"[^"]*"|\[[^\]]*\])\],?')
+    script.write_text(entry.sub(lambda m: m.group(0) if m.group(2) in wanted else "", text), encoding="utf-8")
+
+
+def serve(site=SITE, port=0):
+    """Show the site on the loopback address until Ctrl-C."""
+    handler = functools.partial(http.server.SimpleHTTPRequestHandler, directory=site)
+    with http.server.ThreadingHTTPServer(("127.0.0.1", port), handler) as server:
+        print(f"http://127.0.0.1:{server.server_port}/  (Ctrl-C ends it)", flush=True)
+        try:
+            server.serve_forever()
+        except KeyboardInterrupt:
+            print()
+
+
+def main(argv=None):
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--fresh", action="store_true", help="build everything anew")
+    parser.add_argument("--serve", action="store_true", help="show the site at 127.0.0.1 when it is built")
+    options = parser.parse_args(argv)
+    start = time.perf_counter()
+    try:
+        status = build(options.fresh)
+    except (Stop, execute.Failed) as error:
+        print(f"book: {error}", file=sys.stderr)
+        return 1
+    if status == 0:
+        print(f"The site is in {Path(SITE).relative_to(ROOT)} ({time.perf_counter() - start:.0f} s).")
+        if options.serve:
+            serve()
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""Tests: one file per module; tests/browser drives a real JupyterLab."""

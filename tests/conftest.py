@@ -1,0 +1,81 @@
+"""What all tests share: generated modules go to a scratch folder, notebooks are compared as they are stored."""
+
+import json
+import os
+import shutil
+import tempfile
+
+import nbval.kernel
+import nbval.plugin
+import pytest
+
+from book.tools.kernels import BlockingSocketKernelManager
+from book.tools.normalise import clean_outputs
+
+ON_CI = bool(os.environ.get("CI"))
+CHROMIUM_NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
+
+
+def pytest_configure(config):
+    """Keep the checked-in modules out of every notebook's reach, and let kernels keep their bytecode."""
+    config.generated = tempfile.TemporaryDirectory(prefix="omx-generated-")
+    os.environ["OMX_GENERATED"] = config.generated.name
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
+
+def pytest_unconfigure(config):
+    os.environ.pop("OMX_GENERATED", None)
+    config.generated.cleanup()
+
+
+def pytest_collection_modifyitems(items):
+    """A cell stored without outputs must have none when it runs: nbval would not look at it otherwise."""
+    for item in items:
+        if isinstance(item, nbval.plugin.IPyNbCell) and item.cell.execution_count is None and not item.cell.outputs:
+            item.cell.execution_count = 0
+
+
+# ---- nbval: polite kernels, and the same eyes as the normaliser ----------------------------------------
+
+
+def stop_politely(kernel):
+    """Let the kernel run its exit handlers (arms let go of their ports) instead of killing it."""
+    kernel.km.shutdown_kernel(now=False)
+    kernel.kc.stop_channels()
+    del kernel.km
+
+
+def compare_as_stored(self, test, ref, skip_compare=None, compare=nbval.plugin.IPyNbCell.compare_outputs):
+    """Compare what the normaliser would store of a cell's outputs: no figures, widgets or scenes."""
+    as_json = json.loads(json.dumps(test))
+    outputs = [nbval.plugin.NotebookNode(joined(output)) for output in clean_outputs(as_json)]
+    return compare(self, outputs, ref, skip_compare)
+
+
+def joined(output):
+    """An output of the normaliser with its lists of lines joined, as nbformat reads them back."""
+    if "text" in output:
+        return {**output, "text": "".join(output["text"])}
+    if "data" in output:
+        data = {mime: "".join(value) if isinstance(value, list) else value for mime, value in output["data"].items()}
+        return {**output, "data": data}
+    return output
+
+
+nbval.kernel.KernelManager = BlockingSocketKernelManager
+nbval.kernel.RunningKernel.stop = stop_politely
+nbval.plugin.IPyNbCell.compare_outputs = compare_as_stored
+
+
+# ---- the browser ---------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="session")
+def chromium():
+    """The path of the system's Chromium; without one browser tests are skipped, on CI they fail."""
+    found = next((path for name in CHROMIUM_NAMES if (path := shutil.which(name))), None)
+    if not found and ON_CI:
+        pytest.fail("No Chromium on this machine; on CI the browser tests must run (.ci/run installs it).")
+    if not found:
+        pytest.skip("No Chromium on this machine: install chromium to run the browser tests.")
+    return found
