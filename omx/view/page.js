@@ -1,0 +1,47 @@
+// For sites and slides: turns each placeholder into a sandboxed frame when the reader comes near, and lets go of
+// frames far away when there are many. `OMX_VIEW` (written before this) holds the viewer and the frame's page.
+(function () {
+  "use strict";
+  const MOST_FRAMES = 8;
+  const filled = [];
+
+  // The frame's page for one placeholder; the handouts' printer uses it, too.
+  function page(box) {
+    const { shell, viewer, stock, start } = OMX_VIEW;
+    const config = box.dataset.config.replaceAll("<", "\\u003c");
+    const text = (id, data) => '<script type="text/plain" id="' + id + '">' + data + "</" + "script>";
+    const run = "<script>" + start + "</" + "script>";
+    return shell.replace("/*config*/{}", () => config)
+      .replace("<!--viewer-->", () => text("scene", box.dataset.scene) + text("stock", stock) + text("viewer", viewer) + run);
+  }
+  window.omxPage = page;
+
+  function fill(box) {
+    if (box.firstElementChild) return;
+    const frame = document.createElement("iframe");
+    frame.setAttribute("sandbox", "allow-scripts");
+    frame.title = box.getAttribute("aria-label") || "3-D scene";
+    frame.style.cssText = "width:100%;height:100%;border:0;display:block";
+    frame.srcdoc = page(box);
+    box.append(frame);
+    filled.push(box);
+    for (const old of filled.filter((b) => !near.has(b)).slice(0, Math.max(0, filled.length - MOST_FRAMES))) {
+      old.replaceChildren();
+      filled.splice(filled.indexOf(old), 1);
+    }
+  }
+
+  const near = new Set();
+  const watch = new IntersectionObserver((entries) => {
+    for (const { target, isIntersecting } of entries) {
+      if (!isIntersecting) near.delete(target);
+      else { near.add(target); fill(target); }
+    }
+  }, { rootMargin: "400px" });
+
+  function begin() {
+    for (const box of document.querySelectorAll(".omx-scene[data-scene]")) watch.observe(box);
+  }
+  if (document.readyState === "loading") document.addEventListener("DOMContentLoaded", begin);
+  else begin();
+})();

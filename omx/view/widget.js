@@ -1,0 +1,197 @@
+// The notebook page's end of the channel (an anywidget): keeps each scene's log, and shows it in frames.
+const MOST_FRAMES = 8; // browsers drop the oldest of about 16 WebGL contexts; we let go of unseen ones first
+
+// anywidget hands `initialize` and `render` different model objects, so what they share is kept by our own key.
+const shared = (globalThis.omxView ??= { bundles: new Map(), scenes: new Map(), frames: [] });
+
+// ---- the viewer, unpacked once a page ----------------------------------------------------------------------
+
+async function viewerUrl(model) {
+  const id = model.get("bundle").replace("IPY_MODEL_", "");
+  const bundle = await withPatience(() => model.widget_manager.get_model(id));
+  const key = bundle.get("key");
+  if (!shared.bundles.has(key)) shared.bundles.set(key, unpack(bundle.get("data")));
+  return shared.bundles.get(key);
+}
+
+async function withPatience(ask) {
+  for (let tries = 0; ; tries++) {
+    try {
+      const found = await ask();
+      if (found) return found;
+    } catch (error) {
+      if (tries > 100) throw error;
+    }
+    if (tries > 100) throw new Error("the viewer's code did not arrive");
+    await new Promise((resolve) => setTimeout(resolve, 50)); // on a reload, widgets arrive in any order
+  }
+}
+
+async function unpack(data) {
+  const stream = new Blob([data]).stream().pipeThrough(new DecompressionStream("gzip"));
+  const source = await new Response(stream).text();
+  return URL.createObjectURL(new Blob([source], { type: "text/javascript" }));
+}
+
+// ---- a scene: the log of commands, and the frames that show it ---------------------------------------------
+
+class Scene {
+  constructor() {
+    this.seq = -1;
+    this.log = new Map();
+    this.frames = new Set();
+  }
+
+  // A message of the kernel: false if one before it was missed.
+  take(content, data) {
+    if (content.replay) {
+      if (content.seq <= this.seq) return true;
+      this.log.clear();
+    } else if (content.seq > this.seq + 1) {
+      return false;
+    }
+    this.seq = Math.max(this.seq, content.seq);
+    const commands = split(content, data);
+    for (const command of commands) remember(this.log, command);
+    for (const key of this.log.keys()) if (key.startsWith("delete\n/meshcat/")) this.log.delete(key);
+    for (const frame of this.frames) content.replay ? frame.restart() : frame.queue(commands);
+    return true;
+  }
+}
+
+function split(content, data) {
+  const bytes = new Uint8Array(data.buffer, data.byteOffset, data.byteLength);
+  let at = 0;
+  return content.keys.map(([type, path, name], i) => {
+    const start = at;
+    at += content.sizes[i];
+    return { type, path, name, bytes: bytes.slice(start, at) };
+  });
+}
+
+// Only the newest command of a kind for a path counts, at the place where it was last written.
+function remember(log, command) {
+  const { type, path, name } = command;
+  if (type === "delete") {
+    for (const [key, c] of log) if (c.path === path || c.path.startsWith(path + "/")) log.delete(key);
+  }
+  const key = type + "\n" + path + "\n" + name;
+  log.delete(key);
+  log.set(key, command);
+}
+
+// ---- a frame: one live viewer in the page ------------------------------------------------------------------
+
+class Frame {
+  constructor(scene, model, el) {
+    Object.assign(this, { scene, model, el, iframe: null, waiting: new Map(), asked: 0 });
+    this.watch = new IntersectionObserver((e) => this.onSeen(e.at(-1).isIntersecting), { rootMargin: "400px" });
+    this.watch.observe(el);
+    scene.frames.add(this);
+  }
+
+  onSeen(seen) {
+    this.seen = seen;
+    if (!seen) return;
+    shared.frames = shared.frames.filter((f) => f !== this).concat(this);
+    if (!this.iframe) this.start();
+    const spare = shared.frames.filter((f) => !f.seen);
+    while (shared.frames.length > MOST_FRAMES && spare.length) spare.shift().stop();
+  }
+
+  async start() {
+    const iframe = (this.iframe = document.createElement("iframe"));
+    iframe.title = this.model.get("title");
+    Object.assign(iframe.style, { border: "0", width: "100%", height: "100%", display: "block" });
+    const url = await viewerUrl(this.model);
+    if (this.iframe !== iframe) return;
+    iframe.srcdoc = this.model.get("config").shell
+      .replace("<!--viewer-->", `<script src="${url}"></script>`);
+    // Moving the output cell in the page reloads the frame: then, too, it starts from the log.
+    iframe.addEventListener("load", () => this.restart());
+    this.el.replaceChildren(iframe);
+  }
+
+  restart() {
+    const live = this.iframe?.contentWindow?.omxScene;
+    if (!live) return;
+    if (this.used === live) return this.iframe.contentWindow.location.reload();
+    this.used = live;
+    this.waiting.clear();
+    live.apply(this.scene.log.values());
+    this.el.dataset.ready = "true";
+  }
+
+  // Commands wait for the next repaint, the newest of each kind only.
+  queue(commands) {
+    for (const command of commands) remember(this.waiting, command);
+    if (!this.asked) this.asked = requestAnimationFrame(() => this.paint());
+  }
+
+  paint() {
+    this.asked = 0;
+    if (!this.used) return this.waiting.clear();
+    const commands = [...this.waiting.values()];
+    this.waiting.clear();
+    this.used.apply(commands);
+  }
+
+  stop() {
+    shared.frames = shared.frames.filter((f) => f !== this);
+    this.used?.viewer?.renderer.forceContextLoss();
+    this.iframe?.remove();
+    this.iframe = this.used = null;
+    delete this.el.dataset.ready;
+  }
+
+  end() {
+    this.watch.disconnect();
+    this.stop();
+    this.scene.frames.delete(this);
+  }
+}
+
+// ---- anywidget ---------------------------------------------------------------------------------------------
+
+function sceneOf(model) {
+  const key = model.get("key");
+  if (!shared.scenes.has(key)) {
+    const scene = new Scene();
+    shared.scenes.set(key, scene);
+    const first = model.get("scene");
+    scene.take(first, first.data);
+  }
+  return shared.scenes.get(key);
+}
+
+function initialize({ model }) {
+  const scene = sceneOf(model);
+  const hello = () => model.send({ event: "hello", seq: scene.seq });
+  const onMessage = (content, buffers) => {
+    if (!scene.take(content, buffers[0])) hello();
+  };
+  model.on("msg:custom", onMessage);
+  hello(); // what was sent while this script was loading has been missed
+  return () => {
+    model.off("msg:custom", onMessage);
+    shared.scenes.delete(model.get("key"));
+  };
+}
+
+function render({ model, el }) {
+  const scene = sceneOf(model);
+  const box = document.createElement("div");
+  box.className = "omx-scene";
+  Object.assign(box.style, { width: "100%", overflow: "hidden", resize: "vertical", minHeight: "120px" });
+  const fit = () => { box.style.height = model.get("height") + "px"; };
+  fit();
+  model.on("change:height", fit);
+  el.append(box);
+  const frame = new Frame(scene, model, box);
+  return () => {
+    model.off("change:height", fit);
+    frame.end();
+  };
+}
+
+export default { initialize, render };

@@ -1,0 +1,90 @@
+"""One JupyterLab and one browser for all browser tests; notebooks are copies in a scratch folder."""
+
+import json
+import os
+import shutil
+import urllib.request
+
+import pytest
+from playwright.sync_api import sync_playwright
+
+from book.tools import normalise
+from tests.lab import running_lab
+
+from .pages import NotebookPage
+
+FLAGS = (
+    *("--headless", "--disable-gpu", "--enable-unsafe-swiftshader", "--no-sandbox", "--disable-quic"),
+    *("--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"),
+)
+
+
+@pytest.fixture(scope="session")
+def browser(chromium):
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="session")
+def lab(chromium, tmp_path_factory):
+    """JupyterLab on copies of the chapters; what they generate goes to a copy of the generated modules, too."""
+    root = tmp_path_factory.mktemp("book")
+    shutil.copytree(normalise.NOTEBOOKS, root / "notebooks", ignore=shutil.ignore_patterns(".*"))
+    generated = tmp_path_factory.mktemp("generated")
+    before = os.environ.get("OMX_GENERATED")
+    os.environ["OMX_GENERATED"] = str(generated)
+    try:
+        with running_lab(tmp_path_factory.mktemp("lab"), root=root) as lab:
+            lab.root = root
+            yield lab
+    finally:
+        os.environ.pop("OMX_GENERATED") if before is None else os.environ.update(OMX_GENERATED=before)
+
+
+@pytest.fixture(scope="session")
+def context(browser):
+    context = browser.new_context(viewport={"width": 1300, "height": 1000})
+    yield context
+    context.close()
+
+
+@pytest.fixture
+def open_page(context, lab):
+    """Open a notebook of the scratch folder; its page and kernel end with the test."""
+    pages = []
+
+    def opener(path):
+        pages.append(NotebookPage(context, lab, path))
+        return pages[-1]
+
+    yield opener
+    for page in pages:
+        page.close()
+    for kernel in lab.ask("kernels"):
+        end_kernel(lab, kernel["id"])
+
+
+def end_kernel(lab, kernel_id):
+    address = f"{lab.url}/api/kernels/{kernel_id}"
+    request = urllib.request.Request(address, headers={"Authorization": f"token {lab.token}"}, method="DELETE")
+    urllib.request.urlopen(request, timeout=30).close()
+
+
+@pytest.fixture
+def notebook(lab, request):
+    """Write a notebook of code cells into the scratch folder; returns its path."""
+
+    def write(*cells, name="scratch"):
+        path = lab.root / f"{request.node.name.split('[')[0]}-{name}.ipynb"
+        kernel = {"name": "python3", "display_name": "Python 3", "language": "python"}
+        sources = [
+            {"cell_type": "code", "id": f"c{i}", "metadata": {}, "source": cell, "outputs": [], "execution_count": None}
+            for i, cell in enumerate(cells)
+        ]
+        content = {"cells": sources, "metadata": {"kernelspec": kernel}, "nbformat": 4, "nbformat_minor": 5}
+        path.write_text(json.dumps(content), encoding="utf-8")
+        return path
+
+    return write

@@ -1,0 +1,135 @@
+"""A notebook in a browser: run it, find its scenes, move its sliders, and look at the pixels."""
+
+import io
+import json
+import time
+
+import numpy as np
+from PIL import Image
+
+RUN_TIMEOUT_S = 90
+#: What Chromium prints about its own software rendering.
+NOISE = ("GPU stall", "GL Driver Message", "WebGL-")
+
+
+class NotebookPage:
+    """A notebook opened in JupyterLab; `errors` collects what the page's console complains about."""
+
+    def __init__(self, context, lab, path):
+        self.path, self._lab = path, lab
+        self.errors = []
+        self.page = context.new_page()
+        self.page.on("console", self._console)
+        self.page.on("pageerror", lambda error: self.errors.append(f"page error: {error}"))
+        # a workspace of its own, or JupyterLab would open the notebooks of earlier tests again
+        address = lab.page(path.relative_to(lab.root).as_posix())
+        self.page.goto(address.replace("/lab/tree/", f"/lab/workspaces/{path.stem}/tree/"))
+        self.page.locator(".jp-Notebook .jp-Cell").first.wait_for(timeout=60_000)
+        self._wait_for_kernel()
+
+    def _console(self, message):
+        if message.type == "error" and not any(noise in message.text for noise in NOISE):
+            self.errors.append(message.text)
+
+    @property
+    def kernel(self):
+        """The kernel of this notebook as the server describes it, or None."""
+        sessions = self._lab.ask("sessions")
+        return next((s["kernel"] for s in sessions if s["path"].endswith(self.path.name)), None)
+
+    def _wait_for_kernel(self):
+        """Until the kernel is idle, on the server and in the page."""
+        deadline = time.monotonic() + RUN_TIMEOUT_S
+        while not (self.kernel and self.kernel["execution_state"] == "idle"):
+            if time.monotonic() > deadline:
+                raise TimeoutError(f"the kernel of {self.path.name} is busy after {RUN_TIMEOUT_S} s")
+            self.page.wait_for_timeout(200)
+        idle = ".jp-NotebookPanel:not(.lm-mod-hidden) .jp-Notebook-ExecutionIndicator[data-status=idle]"
+        self.page.locator(idle).first.wait_for(timeout=60_000, state="attached")
+        self.page.wait_for_timeout(300)
+
+    # -- running ------------------------------------------------------------------------------------------
+
+    def run_all(self):
+        """Run every cell, wait for the last, and return the cells as JupyterLab saved them."""
+        self.page.locator(".lm-MenuBar-item", has_text="Run").click()
+        self.page.locator(".lm-Menu-item", has_text="Run All Cells").first.click()
+        deadline = time.monotonic() + RUN_TIMEOUT_S
+        while time.monotonic() < deadline:
+            self._wait_for_kernel()
+            cells = self.save()
+            if all(cell["execution_count"] for cell in cells if cell["cell_type"] == "code" and cell["source"]):
+                return cells
+            if any(fatal(output) for cell in cells for output in cell.get("outputs", ())):
+                return cells
+        raise TimeoutError(f"{self.path.name} does not finish in {RUN_TIMEOUT_S} s")
+
+    def save(self):
+        """Save, and read the cells back from the disk."""
+        before = self.path.stat().st_mtime_ns
+        self.page.keyboard.press("Control+s")
+        deadline = time.monotonic() + 10
+        while self.path.stat().st_mtime_ns == before and time.monotonic() < deadline:
+            self.page.wait_for_timeout(100)
+        return json.loads(self.path.read_text(encoding="utf-8"))["cells"]
+
+    # -- scenes -------------------------------------------------------------------------------------------
+
+    def scene(self, selector=".omx-scene[data-ready]"):
+        """The first live scene, scrolled into view; None if the notebook has none."""
+        return self._scroll_to(selector)
+
+    def panel(self):
+        """The first output with both a live scene and sliders, or None."""
+        return self._scroll_to(".jp-OutputArea-output:has(.omx-scene[data-ready]):has(.noUi-handle)")
+
+    def _scroll_to(self, selector):
+        """JupyterLab draws only the cells near the window: turn the wheel until the element is there."""
+        found = self.page.locator(selector)
+        box = self.page.locator(".jp-WindowedPanel-outer:visible, .jp-Notebook:visible").first.bounding_box()
+        self.page.mouse.move(box["x"] + 20, box["y"] + box["height"] / 2)
+        self.page.mouse.wheel(0, -100_000)
+        for _ in range(80):
+            self.page.wait_for_timeout(150)
+            if found.count():
+                found.first.scroll_into_view_if_needed()
+                found.first.wait_for(timeout=20_000)
+                return found.first
+            if not self._turn_wheel(0.6 * box["height"]):
+                break
+        self.page.wait_for_timeout(3000)
+        return found.first if found.count() else None
+
+    def _turn_wheel(self, distance):
+        """Scroll down; False at the end of the notebook."""
+        where = "document.querySelector('.jp-NotebookPanel:not(.lm-mod-hidden) .jp-WindowedPanel-outer').scrollTop"
+        before = self.page.evaluate(where)
+        self.page.mouse.wheel(0, distance)
+        self.page.wait_for_timeout(150)
+        return self.page.evaluate(where) != before
+
+    def settle(self):
+        """Until what was asked for is drawn: a round of messages and a few frames."""
+        self.page.wait_for_timeout(700)
+
+    def close(self):
+        self.page.close()
+
+
+def fatal(output):
+    return output["output_type"] == "error"
+
+
+def pixels(element):
+    """A screenshot of an element as an array (height, width, 3)."""
+    return np.asarray(Image.open(io.BytesIO(element.screenshot())).convert("RGB")).astype(int)
+
+
+def is_blank(image):
+    """True if hardly anything stands out from the background, row by row."""
+    return share_changed(image, np.median(image, axis=1, keepdims=True).astype(int)) < 0.004
+
+
+def share_changed(one, two, threshold=40):
+    """The share of pixels that differ visibly."""
+    return float((np.abs(one - two).max(axis=2) > threshold).mean())

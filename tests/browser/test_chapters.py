@@ -1,0 +1,57 @@
+"""Every chapter as a reader meets it: it runs without an error, its scene shows, its sliders move the arm."""
+
+import pytest
+
+from book.tools import normalise
+
+from .pages import fatal, is_blank, pixels, share_changed
+
+CHAPTERS = sorted(path.name for path in normalise.NOTEBOOKS.glob("*.ipynb"))
+
+
+@pytest.mark.parametrize("name", CHAPTERS)
+def test_chapter(name, lab, open_page):
+    page = open_page(lab.root / "notebooks" / name)
+    ports = lab.listening()
+    check_outputs(page.run_all())
+    scene = page.scene()
+    if scene is not None:
+        page.settle()
+        assert not is_blank(pixels(scene)), "the 3-D scene shows nothing"
+        assert lab.listening() == ports, "a scene opens no port"
+        assert {address for address, _ in ports} == {"127.0.0.1"}
+    panel = page.panel()
+    if panel is not None:
+        check_slider(page, panel)
+    assert name[:2] != "00" or panel is not None, "the first chapter has the arm under sliders"
+    assert not page.errors
+
+
+def check_outputs(cells):
+    for cell in cells:
+        if "raises-exception" not in cell["metadata"].get("tags", ()):
+            failed = [output for output in cell.get("outputs", ()) if fatal(output)]
+            assert not failed, f"{''.join(cell['source'])}\n{failed}"
+
+
+def check_slider(page, panel):
+    """Drag the first slider that can be dragged by mouse, then use the arrow keys: the picture changes both times."""
+    scene, handle = panel.locator(".omx-scene").first, panel.locator(".noUi-handle").first
+    page.settle()
+    before = pixels(scene)
+    handle.scroll_into_view_if_needed()
+    box = handle.bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.page.mouse.move(x, y)
+    page.page.mouse.down()
+    for step in range(1, 7):
+        page.page.mouse.move(x - 6 * step, y)
+        page.page.wait_for_timeout(30)
+    page.page.mouse.up()
+    page.settle()
+    dragged = pixels(scene)
+    assert share_changed(before, dragged) > 0.002, "dragging a slider did not move the arm"
+    for _ in range(12):
+        handle.press("ArrowRight")
+    page.settle()
+    assert share_changed(dragged, pixels(scene)) > 0.001, "the arrow keys did not move the arm"

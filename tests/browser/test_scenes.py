@@ -1,0 +1,175 @@
+"""Scenes in JupyterLab: they come back, they agree, they are quick, and they leave nothing behind."""
+
+import statistics
+
+import psutil
+import pytest
+
+from tests.lab import run_in_kernel
+
+from .pages import is_blank, pixels, share_changed
+
+SCENE = "from omx.view import Camera, View\nview = View()\nview.frames(4)\nview"
+
+
+def test_a_reload_brings_the_scene_back(open_page, notebook):
+    page = open_page(notebook(SCENE, "view.q = (0.4, -0.5, 0.3, 0.9)\nview.dark = True"))
+    page.run_all()
+    page.scene()
+    page.settle()
+    before = pixels(page.scene())
+    page.save()
+    page.page.reload()
+    after = page.scene()
+    assert after is not None, "no scene after a reload with a live kernel"
+    page.settle()
+    assert share_changed(before, pixels(after)) < 0.01
+    assert not page.errors
+
+
+def test_two_views_of_a_scene_agree_and_the_last_pose_is_shown(open_page, notebook):
+    """The loop writes far more poses than can be shown; both views end at the last, and so does a view made later."""
+    loop = "for k in range(3000):\n    view.q = (0.0001 * k, -0.4, 0.3, 0.9)\nview.channel.seq"
+    page = open_page(notebook(SCENE, "view", loop, "View(view.q)"))
+    cells = page.run_all()
+    sent = int("".join(cells[2]["outputs"][0]["data"]["text/plain"]))
+    assert sent < 3000 / 5, "poses are coalesced"
+    page.page.locator(".omx-scene[data-ready]").nth(1).wait_for(timeout=20_000)
+    page.settle()
+    page.settle()
+    states = [tool_position(frame) for frame in scene_frames(page.page)]
+    assert len(states) >= 2
+    for state in states:
+        assert state == pytest.approx(states[0], abs=1e-12)
+    assert not page.errors
+
+
+def test_many_scenes_share_few_graphics_contexts(open_page, notebook):
+    """Browsers drop the oldest of about 16 WebGL contexts; scenes out of sight let go of theirs and come back."""
+    page = open_page(notebook("from omx.view import View", *["View(height=300)"] * 14))
+    page.run_all()
+    wheel = page.page.mouse
+    for _ in range(14):
+        wheel.wheel(0, 500)
+        page.page.wait_for_timeout(250)
+    page.settle()
+    assert 0 < len(scene_frames(page.page)) <= 12
+    first = page.scene()
+    page.settle()
+    assert not is_blank(pixels(first)), "the first scene comes back"
+    assert not [error for error in page.errors if "context" in error.lower()]
+
+
+def test_a_killed_kernel_leaves_no_process(lab, open_page, notebook):
+    page = open_page(notebook(SCENE, "import os\nos.getpid()"))
+    cells = page.run_all()
+    kernel = psutil.Process(int("".join(cells[1]["outputs"][0]["data"]["text/plain"])))
+    family = [kernel, *kernel.children(recursive=True)]
+    kernel.kill()
+    assert not psutil.wait_procs(family, timeout=10)[1]
+    scene = page.scene()
+    assert scene is not None, "the picture stays"
+    assert not is_blank(pixels(scene))
+
+
+PROBE = """
+import anywidget
+
+class Echo(anywidget.AnyWidget):
+    _esm = '''
+    export default { render({ model, el }) {
+      let done;
+      model.on("msg:custom", () => done(performance.now()));
+      window.omxPing = () => new Promise((resolve) => { done = resolve; model.send({}); });
+      el.textContent = "echo";
+    } };
+    '''
+
+echo = Echo()
+echo.on_msg(lambda widget, content, buffers: widget.send({}))
+echo
+"""
+
+MEASURE = """async () => {
+  const scene = document.querySelector(".omx-scene[data-ready] iframe").contentWindow.omxScene;
+  const handle = document.querySelector(".noUi-handle");
+  const tool = () => scene.viewer.scene_tree.find(["meshcat", "arm", "4"]).object.matrix.elements;
+  const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+  const moved = () => new Promise((resolve) => {
+    const node = scene.viewer.scene_tree.find(["meshcat", "arm", "4"]).object;
+    const before = node.position.toArray().concat(node.quaternion.toArray()).join();
+    const render = scene.viewer.render;
+    scene.viewer.render = function () {
+      render.call(this);
+      if (node.position.toArray().concat(node.quaternion.toArray()).join() === before) return;
+      scene.viewer.render = render;
+      resolve(performance.now());
+    };
+  });
+  const out = { echo: [], slider: [] };
+  for (let k = 0; k < 45; k++) {
+    let start = performance.now();
+    out.echo.push((await window.omxPing()) - start);
+    await pause(60);
+    const drawn = moved();
+    start = performance.now();
+    const key = k % 2 ? "ArrowLeft" : "ArrowRight";
+    handle.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true }));
+    out.slider.push((await drawn) - start);
+    await pause(120);
+  }
+  return out;
+}"""
+
+
+def test_a_slider_moves_the_whole_arm_quickly(open_page, notebook, capsys):
+    """From a key on a slider to the drawn scene, against a bare round trip of a message in the same run.
+
+    Printed, not asserted tightly: shared machines are slow at times. The aim is a median within twice the round
+    trip's, and 95 in 100 below 80 ms.
+    """
+    page = open_page(notebook("from omx.panel import JointPanel\nJointPanel()", PROBE))
+    page.run_all()
+    assert page.panel() is not None
+    page.page.wait_for_function("window.omxPing && document.querySelector('.omx-scene[data-ready] iframe')")
+    page.settle()
+    times = page.page.evaluate(MEASURE)
+    echo, slider = (times[name][5:] for name in ("echo", "slider"))
+    ratio = statistics.median(slider) / statistics.median(echo)
+    with capsys.disabled():
+        print(f"\nslider to scene: {summary(slider)}; bare round trip: {summary(echo)}; ratio {ratio:.2f}")
+    assert statistics.median(slider) < 1000
+    assert not page.errors
+
+
+def test_a_slider_flood_ends_at_the_last_position(lab, open_page, notebook):
+    """However fast the slider is dragged, the scene ends where the panel is."""
+    page = open_page(notebook("from omx.panel import JointPanel\npanel = JointPanel()\npanel"))
+    page.run_all()
+    panel = page.panel()
+    handle = panel.locator(".noUi-handle").first
+    box = handle.bounding_box()
+    mouse = page.page.mouse
+    mouse.move(box["x"] + 8, box["y"] + 8)
+    mouse.down()
+    for step in range(120):
+        mouse.move(box["x"] + 8 - step % 60, box["y"] + 8)
+    mouse.up()
+    page.settle()
+    page.settle()
+    code = "import omx\nprint(*(1e-3 * omx.fk(panel.view.q)[:3, 3]))"
+    wanted = [float(word) for word in run_in_kernel(lab, page.kernel["id"], code).split()]
+    assert tool_position(scene_frames(page.page)[0]) == pytest.approx(wanted, abs=1e-9)
+
+
+def scene_frames(page):
+    return [frame for frame in page.frames if frame != page.main_frame and frame.evaluate("!!window.omxScene")]
+
+
+def tool_position(frame):
+    return frame.evaluate('omxScene.viewer.scene_tree.find(["meshcat", "arm", "4"]).object.position.toArray()')
+
+
+def summary(times):
+    """The median and the 95th percentile, in words."""
+    return f"median {statistics.median(times):.0f} ms, p95 {sorted(times)[int(0.95 * len(times))]:.0f} ms"
