@@ -1,0 +1,123 @@
+"""The server's end of a line to another program: a TCP port, or a pseudo-terminal that looks like a serial port."""
+
+import contextlib
+import os
+import select
+import socket
+import struct
+import sys
+
+LOOPBACK = "127.0.0.1"
+_TCGETS2 = 0x802C542A  # Linux: struct termios2, whose last two fields are the speeds in bits per second
+_TERMIOS2 = struct.Struct("4I20B2I")
+
+
+class TcpEnd:
+    """A TCP port on the loopback interface; one client at a time, as on a serial line."""
+
+    baud = None  # a socket has no rate
+
+    def __init__(self, port: int = 0):
+        self._listener = socket.create_server((LOOPBACK, port), backlog=1)
+        self._client: socket.socket | None = None
+        self.name = f"socket://{LOOPBACK}:{self._listener.getsockname()[1]}"
+
+    def wait(self, seconds: float, waker):
+        """Return after `seconds`, or earlier when a client or the socket `waker` has something to read."""
+        select.select([waker, self._listener, *([self._client] if self._client else [])], [], [], seconds)
+
+    def read(self) -> bytes:
+        """What the client has sent. A newcomer is let in if there is no client, and shown the door otherwise."""
+        if _readable(self._listener):
+            newcomer, _ = self._listener.accept()
+            if self._client and not self._gone():
+                newcomer.close()
+            else:
+                newcomer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                self._client = newcomer
+        data = b""
+        if self._client and _readable(self._client):
+            with contextlib.suppress(OSError):
+                data = self._client.recv(4096)
+            if not data:
+                self.hang_up()
+        return data
+
+    def _gone(self) -> bool:
+        """True if the client has closed its side and nothing is left to read."""
+        try:
+            return _readable(self._client) and not self._client.recv(1, socket.MSG_PEEK)
+        except OSError:
+            return True
+
+    def write(self, data: bytes):
+        """Send to the client, if one is there."""
+        try:
+            if self._client:
+                self._client.sendall(data)
+        except OSError:
+            self.hang_up()
+
+    def hang_up(self):
+        """Let the client go."""
+        if self._client:
+            self._client.close()
+            self._client = None
+
+    def close(self):
+        """Give the port back."""
+        self.hang_up()
+        self._listener.close()
+
+
+def _readable(sock) -> bool:
+    return bool(select.select([sock], [], [], 0)[0])
+
+
+class PtyEnd:
+    """A pseudo-terminal (Linux, macOS): for other programs it is a serial port."""
+
+    def __init__(self):
+        import termios
+        import tty
+
+        self._termios = termios
+        # The slave stays open on our side too, or the pair would break with the first client that closes it.
+        self._master, self._slave = os.openpty()
+        tty.setraw(self._slave)
+        os.set_blocking(self._master, False)
+        self.name = os.ttyname(self._slave)
+
+    @property
+    def baud(self) -> int:
+        """The rate that the client has set."""
+        if not sys.platform.startswith("linux"):
+            return self._termios.tcgetattr(self._slave)[5]
+        # Clients set rates as constants or as numbers; only the second form of the settings tells both.
+        import fcntl
+
+        settings = fcntl.ioctl(self._slave, _TCGETS2, bytes(_TERMIOS2.size))
+        return _TERMIOS2.unpack(settings)[-1]
+
+    def wait(self, seconds: float, waker):
+        """Return after `seconds`, or earlier when the client or the socket `waker` has something to read."""
+        select.select([waker, self._master], [], [], seconds)
+
+    def read(self) -> bytes:
+        """What the client has sent."""
+        with contextlib.suppress(BlockingIOError):
+            return os.read(self._master, 4096)
+        return b""
+
+    def write(self, data: bytes):
+        """Send to the client; what does not fit into the terminal's buffer is lost, as on a real line."""
+        with contextlib.suppress(BlockingIOError):
+            os.write(self._master, data)
+
+    def hang_up(self):
+        """A terminal does not know who listens: there is nobody to let go."""
+
+    def close(self):
+        """Give the terminal back."""
+        os.close(self._slave)
+        os.close(self._master)
