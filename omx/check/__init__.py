@@ -1,0 +1,13 @@
+"""Checks for the exercises: they test properties, print one line when all is well, and otherwise teach.
+
+Every check fails closed: an answer that is missing, of the wrong type, or not a number is `Wrong`.
+"""
+
+from .answers import expression, that, value
+from .functions import configurations, derivative, function, round_trip
+from .setup import setup
+from .wrong import Wrong
+
+__all__ = [
+    "Wrong", "configurations", "derivative", "expression", "function", "round_trip", "setup", "that", "value",
+]  # fmt: skip

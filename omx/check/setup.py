@@ -1,0 +1,89 @@
+"""The self-test of chapter 00: is everything here that the book needs, and does it work together?"""
+
+import importlib
+import re
+from collections.abc import Callable
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import numpy as np
+
+from .. import kinematics
+from ..geometry import COURSE, ZERO
+from .wrong import Wrong
+
+#: The packages that the chapters need, wherever they run; environment.txt pins them.
+NEEDED = ("numpy", "sympy", "matplotlib", "ipywidgets", "anywidget", "meshcat")
+ENVIRONMENT = Path(__file__).resolve().parents[2] / "environment.txt"
+REPAIR = "close Jupyter and type `python run.py lab` in the book's folder: it installs what is missing"
+
+
+def setup() -> None:
+    """Test packages, viewer, generated modules and one pose; a line each. `Wrong` lists what to do about failures."""
+    tests = (("packages", _packages), ("viewer", _viewer), ("generated modules", _generated), ("kinematics", _pose))
+    remedies = []
+    for name, test in tests:
+        said, remedy = _outcome(test)
+        print(f"{'!!' if remedy else 'ok'}  {name}: {said}")
+        if remedy:
+            remedies.append(f"{name}: {remedy}.")
+    if remedies:
+        raise Wrong(" ".join(["Something is missing.", *remedies]))
+
+
+def _outcome(test: Callable[[], str]) -> tuple[str, str]:
+    """What a test says, and what to do if it failed."""
+    try:
+        return test(), ""
+    except Wrong as wrong:
+        return str(wrong), REPAIR
+    except Exception as error:  # a broken installation can fail in any way; the reader needs its name and a remedy
+        return f"{type(error).__name__}: {error}", REPAIR
+
+
+def _packages() -> str:
+    missing = [name for name in NEEDED if _installed(name) is None]
+    if missing:
+        raise Wrong(f"{', '.join(missing)} missing")
+    other = [name for name, pin in _pins().items() if name in NEEDED and _installed(name) != pin]
+    note = f"; not of the version that the book was tested with: {', '.join(other)}" if other else ""
+    return f"{', '.join(NEEDED)}{note}"
+
+
+def _installed(name: str) -> str | None:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None
+
+
+def _pins() -> dict[str, str]:
+    """Package and version of each plain pin; empty where there is no environment.txt, as in an installed `omx`."""
+    text = ENVIRONMENT.read_text(encoding="utf-8") if ENVIRONMENT.exists() else ""
+    return dict(re.findall(r"^([A-Za-z0-9_.-]+)==([^\s;#]+)", text, re.M))
+
+
+def _viewer() -> str:
+    """Builds a scene, and in a notebook opens its channel to the page."""
+    from ..view import View
+
+    view = View(ZERO)
+    _, buffers = view.channel.replay()
+    if not buffers or not buffers[0]:
+        raise Wrong("the scene is empty")
+    live = view.widget.comm is not None and view.widget.comm.comm_id
+    return "scene built, channel open" if live else "scene built"
+
+
+def _generated() -> str:
+    for name in ("fk", "ik", "jacobian"):
+        importlib.import_module(f"omx.generated.{name}")
+    return "fk, ik, jacobian"
+
+
+def _pose() -> str:
+    """The tip at zero, from the generated closed form and from the plain product of the link matrices."""
+    x, y, z, pitch = kinematics.pose(ZERO)
+    if not np.allclose(COURSE.chain.fk(ZERO), kinematics.fk(ZERO), atol=1e-9):
+        raise Wrong("the generated module and the DH table disagree; chapter 03 writes both")
+    return f"tip at zero ({x:.3f}, {y:.3f}, {z:.3f}) mm, pitch {abs(pitch):.1f} rad"
