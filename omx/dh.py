@@ -2,6 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import repeat
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -35,20 +38,20 @@ class Chain:
     """A serial chain of DH rows; frame 0 is the base, frame n moves with joint n and is the tool.
 
     `limits`: one `(low, high)` a joint, or None. `names`: one name a joint; q1, q2, ... (d3 where joint 3 is
-    prismatic) if left out. Numbers go in and arrays come out; SymPy symbols go in and SymPy matrices come out.
+    prismatic) if left out. Numbers go in and arrays come out; SymPy comes out where a row holds a symbol or
+    `q` anything of SymPy's. Raises `BadInput`.
     """
 
     def __init__(self, rows: Sequence[DHRow], limits=None, names=None, name: str = "chain"):
-        self.rows = tuple(row if isinstance(row, DHRow) else DHRow(*row) for row in rows)
+        self.rows = tuple(_as_row(row, i) for i, row in enumerate(rows, start=1))
         if not self.rows:
             raise BadInput("`rows` must hold at least one DHRow; got none.")
         default = (f"{'d' if row.prismatic else 'q'}{i}" for i, row in enumerate(self.rows, start=1))
         self.names = tuple(names or default)
-        self.limits = None if limits is None else tuple((float(low), float(high)) for low, high in limits)
+        self.limits = None if limits is None else as_limits(limits, len(self.rows))
         self.name = name
-        for what, values in (("names", self.names), ("limits", self.limits)):
-            if values is not None and len(values) != len(self.rows):
-                raise BadInput(f"`{what}` must have one entry a joint: {len(self.rows)}; got {len(values)}.")
+        if len(set(self.names)) != len(self.rows):
+            raise BadInput(f"`names` must be {len(self.rows)} different names, one a joint; got {self.names}.")
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -59,12 +62,10 @@ class Chain:
     def matrices(self, q):
         """The link matrices A_1 .. A_n: (..., n, 4, 4), mm; a list of SymPy matrices for symbolic input."""
         if self._is_symbolic(q):
-            from .symbolic import dh_matrix
-
-            return [dh_matrix(*row.at(variable)) for row, variable in zip(self.rows, q, strict=True)]
-        q = as_rows(q, "q", len(self.rows), "joint values in rad (mm where prismatic)")
+            return self._symbolic_matrices(q)
+        q = self._as_values(q)
         out = np.empty((*q.shape, 4, 4))
-        for i, row in enumerate(self.rows):
+        for i, row in enumerate(self._numeric_rows):
             _fill_matrix(out[..., i, :, :], *row.at(q[..., i]))
         return out
 
@@ -86,8 +87,11 @@ class Chain:
 
     def violations(self, q) -> tuple[Violation, ...]:
         """Every joint of `q` (n,) that is outside its limits; empty if all are inside, or there are none."""
-        q = as_rows(q, "q", len(self.rows), "joint values in rad (mm where prismatic)")
-        return limit_violations(q.tolist(), self.limits or (), self.names)
+        q = self._as_values(q)
+        if q.ndim != 1:
+            raise BadInput(f"`q` must be one configuration, shape ({len(self)},); got shape {q.shape}.")
+        prismatic = [row.prismatic for row in self.rows]
+        return limit_violations(q.tolist(), self.limits or (), self.names, prismatic=prismatic)
 
     def check(self, q) -> None:
         """Raise `JointLimit` if any joint of `q` (n,) is outside its limits, naming joint, value and limit."""
@@ -95,21 +99,64 @@ class Chain:
         if violations:
             raise JointLimit(violations, clipped(q, self.limits), self.name)
 
+    @cached_property
+    def _numeric_rows(self) -> tuple[DHRow, ...]:
+        return tuple(DHRow(*(float(e) for e in row.at(0)), row.prismatic) for row in self.rows)
+
+    def _as_values(self, q):
+        return as_rows(q, "q", len(self.rows), f"the joint values of {self.name} in rad (mm where prismatic)")
+
     def _is_symbolic(self, q) -> bool:
-        entries = [e for row in self.rows for e in (row.theta, row.d, row.a, row.alpha)]
-        if isinstance(q, (list, tuple)) or getattr(q, "shape", None) in ((len(self), 1), (1, len(self))):
-            entries += list(q)
-        return any(hasattr(entry, "free_symbols") for entry in entries)
+        entries = [entry for row in self.rows for entry in row.at(0)]
+        if any(getattr(entry, "free_symbols", None) for entry in entries):
+            return True
+        maybe = isinstance(q, (list, tuple)) or hasattr(q, "free_symbols") or np.asarray(q).dtype.kind == "O"
+        return maybe and any(hasattr(entry, "free_symbols") for entry in np.ravel(q))
+
+    def _symbolic_matrices(self, q) -> list:
+        from .symbolic import dh_matrix
+
+        if np.shape(q) not in ((len(self),), (len(self), 1), (1, len(self))):
+            raise BadInput(f"`q` must be {len(self)} symbols or numbers, one a joint; got shape {np.shape(q)}.")
+        return [dh_matrix(*row.at(variable)) for row, variable in zip(self.rows, q, strict=True)]
 
 
-def limit_violations(q, limits, names=("q1", "q2", "q3", "q4"), slack: float = 1e-9) -> tuple[Violation, ...]:
-    """One `Violation` for each value of `q` more than `slack` (rad or mm) outside its `(low, high)`."""
+def _as_row(row, number: int) -> DHRow:
+    try:
+        row = row if isinstance(row, DHRow) else DHRow(*row)
+        good = all(isinstance(entry, Real) or hasattr(entry, "free_symbols") for entry in row.at(0))
+    except TypeError:
+        good = False
+    if not good:
+        raise BadInput(f"row {number} must be a DHRow of numbers or SymPy expressions; got {row!r}.")
+    return row
+
+
+def as_limits(limits, joints: int) -> tuple[tuple[float, float], ...]:
+    """`limits` as one `(low, high)` of floats a joint (infinite where there is none); `BadInput` otherwise."""
+    wanted = f"`limits` must be {joints} pairs (low, high), low <= high, one a joint"
+    try:
+        pairs = tuple((float(low), float(high)) for low, high in limits)
+    except (TypeError, ValueError):
+        raise BadInput(f"{wanted}; got {limits!r}.") from None
+    if len(pairs) != joints:
+        raise BadInput(f"{wanted}; got {len(pairs)}.")
+    for i, (low, high) in enumerate(pairs):
+        if not low <= high:
+            raise BadInput(f"{wanted}; `limits`[{i}] is ({low}, {high}).")
+    return pairs
+
+
+def limit_violations(
+    q, limits, names=("q1", "q2", "q3", "q4"), slack: float = 1e-9, prismatic=None
+) -> tuple[Violation, ...]:
+    """One `Violation` for each value of `q` more than `slack` (rad, or mm where `prismatic`) outside its limits."""
     found = []
-    for value, (low, high), name in zip(q, limits, names, strict=False):
+    for value, (low, high), name, slides in zip(q, limits, names, prismatic or repeat(False), strict=False):
         if value < low - slack:
-            found.append(Violation(name, value, low))
+            found.append(Violation(name, value, low, slides))
         elif value > high + slack:
-            found.append(Violation(name, value, high))
+            found.append(Violation(name, value, high, slides))
     return tuple(found)
 
 

@@ -1,14 +1,14 @@
-"""The arm's lengths, joint limits and named poses: data only. The DH table comes from the chapter that derives it."""
+"""The arm's lengths, joint limits and named poses: data only. Chapter 03 derives and writes the DH table."""
 
 from functools import cached_property
-from math import atan2, hypot
+from math import atan2, hypot, isfinite, pi
 
 from .dh import Chain
 from .errors import BadInput
 from .generated import fk as _fk
 
 #: Joint limits (rad), from the maker's current URDF: one (low, high) a joint.
-LIMITS = ((-3.141592653589793, 3.141592653589793), (-1.5, 1.5), (-1.5, 1.4), (-1.7, 1.97))
+LIMITS = ((-pi, pi), (-1.5, 1.5), (-1.5, 1.4), (-1.7, 1.97))
 
 #: All joints at zero: the tool points forward, (274, 0, 204.765) mm.
 ZERO = (0.0, 0.0, 0.0, 0.0)
@@ -24,19 +24,21 @@ class Geometry:
     """
 
     def __init__(self, name: str, **lengths: float):
-        unknown = set(lengths) ^ set(_fk.PARAMETERS)
-        if unknown:
+        wrong = sorted(set(lengths) ^ set(_fk.PARAMETERS))
+        if wrong:
             wanted = ", ".join(_fk.PARAMETERS)
-            raise BadInput(f"geometry `{name}` must give {wanted}; wrong or missing: {', '.join(sorted(unknown))}.")
-        values = {key: float(lengths[key]) for key in _fk.PARAMETERS}
-        self.__dict__.update(values, name=name, values=tuple(values.values()))
+            raise BadInput(f"geometry `{name}` must give {wanted}; wrong or missing: {', '.join(wrong)}.")
+        ordered = {key: _finite(key, lengths[key]) for key in _fk.PARAMETERS}
+        self.__dict__.update(ordered, name=name, values=tuple(ordered.values()), _lengths=ordered)
 
     def __setattr__(self, key, value):
         raise AttributeError(f"a Geometry does not change; make another with .replace({key}={value!r}).")
 
+    def __delattr__(self, key):
+        raise AttributeError(f"a Geometry does not change; {key} stays.")
+
     def __repr__(self) -> str:
-        lengths = ", ".join(f"{key}={value:g}" for key, value in zip(_fk.PARAMETERS, self.values, strict=True))
-        return f"Geometry({self.name!r}, {lengths})"
+        return f"Geometry({self.name!r}, {', '.join(f'{key}={value:g}' for key, value in self._lengths.items())})"
 
     def __eq__(self, other) -> bool:
         return isinstance(other, Geometry) and self.values == other.values
@@ -46,8 +48,7 @@ class Geometry:
 
     def replace(self, name: str | None = None, **lengths: float) -> "Geometry":
         """A copy with some lengths changed."""
-        same = dict(zip(_fk.PARAMETERS, self.values, strict=True))
-        return Geometry(name or f"{self.name}, changed", **(same | lengths))
+        return Geometry(name or f"{self.name}, changed", **(self._lengths | lengths))
 
     @cached_property
     def chain(self) -> Chain:
@@ -55,8 +56,21 @@ class Geometry:
         return Chain(_fk.dh_rows(*self.values), limits=LIMITS, name="OpenMANIPULATOR-X")
 
 
+def _finite(key: str, value) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = float("nan")
+    if not isfinite(number):
+        raise BadInput(f"geometry: {key} must be a finite number (mm, or rad for an angle); got {value!r}.")
+    return number
+
+
 #: The lengths that the course's drawing gives, and that chapter 03 wrote.
 COURSE = Geometry("course", **_fk.PARAMETERS)
 
-#: The maker's URDF: a shoulder 0.5 mm lower and an upper arm whose dog-leg is 128 up, 24 forward.
-MAKER = COURSE.replace("maker", L1=76.5, L2=hypot(128, 24), delta=atan2(24, 128))
+#: What differs in the maker's URDF: a shoulder 0.5 mm lower, and an upper arm that is 128 up and 24 forward.
+_URDF = {"L1": 76.5, "L2": hypot(128, 24), "delta": atan2(24, 128)}
+
+#: The maker's lengths. A reader's own table may do without some of them: it must not stop `import omx`.
+MAKER = COURSE.replace("maker", **{key: value for key, value in _URDF.items() if key in _fk.PARAMETERS})

@@ -1,16 +1,16 @@
 """Forward and inverse kinematics and the Jacobian: the face of the generated formulas, for one pose or many.
 
-Positions are in mm in the base frame (z up along the axis of joint 1), angles in rad. `pitch` is the angle of the
-last link above the horizontal, -(q2 + q3 + q4). Derived in chapters 03 to 05.
+Positions are in mm in the base frame (z up along the axis of joint 1), angles in rad. `pitch` is the angle of
+the last link above the horizontal, -(q2 + q3 + q4). Derived in chapters 03 to 05.
 """
 
-from math import isfinite, pi, tau
+from math import isfinite, pi, remainder, tau
 from typing import NamedTuple
 
 import numpy as np
 
 from .arrays import as_rows, fill, in_blocks
-from .dh import clipped, limit_violations
+from .dh import as_limits, clipped, limit_violations
 from .errors import BadInput, JointLimit, Unreachable, Violation
 from .generated import fk as _fk
 from .generated import ik as _ik
@@ -50,11 +50,11 @@ class IKSolution:
     """One branch of the inverse. It can stand wherever four joint angles can: `omx.fk(solution)`.
 
     `q`: four angles (rad) in (-pi, pi], None where out of reach. `front`: the arm reaches forward, not over its
-    back. `elbow_up`: the elbow is above the line from shoulder to wrist. `missing` (mm): how far the wrist is out
-    of reach, 0 if `reachable`. `violations`: each joint that is outside its limits.
+    back. `elbow_up`: the elbow is above the line from shoulder to wrist. `missing` (mm): how far the wrist is
+    out of reach, 0 if `reachable`. `violations`: each joint that is outside its limits.
     """
 
-    __slots__ = ("q", "front", "elbow_up", "reachable", "violations", "missing")
+    __slots__ = ("elbow_up", "front", "missing", "q", "reachable", "violations")
 
     def __init__(self, q, front, elbow_up, violations=(), missing=0.0):
         self.q: tuple[float, float, float, float] | None = q
@@ -98,9 +98,9 @@ class IKSolution:
 
 def fk(q, geometry: Geometry = COURSE) -> np.ndarray:
     """T_base_tool, (..., 4, 4), mm, for joint angles `q`, (..., 4), rad. Raises `BadInput`."""
-    q = as_rows(q, "q", 4, JOINT_ANGLES)
-    if q.ndim == 1:
-        return np.array(_fk.transform(*q.tolist(), *geometry.values))
+    q = _four_or_rows(q, "q", JOINT_ANGLES)
+    if type(q) is tuple:
+        return np.array(_fk.transform(*q, *geometry.values))
     return _matrices(_fk.transform_batch, q, geometry, (4, 4))
 
 
@@ -109,58 +109,53 @@ def pose(q, geometry: Geometry = COURSE):
 
     x, y, z in mm, pitch in rad, in (-pi, pi]. Raises `BadInput`.
     """
-    try:
-        q1, q2, q3, q4 = q if type(q) is not np.ndarray or q.ndim != 1 else q.tolist()
-        if not isfinite(q1 + q2 + q3 + q4):
-            raise ValueError
-        x, y, z, pitch = _fk.pose(q1, q2, q3, q4, *geometry.values)
-    except (TypeError, ValueError):  # not four finite numbers: a batch, or a mistake that `as_rows` explains
-        return _pose_batch(as_rows(q, "q", 4, JOINT_ANGLES), geometry)
+    q = _four_or_rows(q, "q", JOINT_ANGLES)
+    if type(q) is not tuple:
+        return _pose_batch(q, geometry)
+    x, y, z, pitch = _fk.pose(*q, *geometry.values)
     return _new(Pose, (x, y, z, pitch if pitch > -pi else pi))
 
 
 def frames(q, geometry: Geometry = COURSE) -> np.ndarray:
     """T_0_0 .. T_0_4, (..., 5, 4, 4), mm: the base frame, then the frame that moves with each joint."""
-    q = as_rows(q, "q", 4, JOINT_ANGLES)
-    if q.ndim > 1:
+    q = _four_or_rows(q, "q", JOINT_ANGLES)
+    if type(q) is not tuple:
         return geometry.chain.frames(q)
     out = np.empty((5, 4, 4))
     out[0] = np.eye(4)
-    out[1:] = _fk.frames(*q.tolist(), *geometry.values)
+    out[1:] = _fk.frames(*q, *geometry.values)
     return out
 
 
 def jacobian(q, geometry: Geometry = COURSE) -> np.ndarray:
-    """The geometric Jacobian, (..., 6, 4): linear rows first (mm/rad), then angular rows (rad/rad), base frame."""
-    q = as_rows(q, "q", 4, JOINT_ANGLES)
-    if q.ndim == 1:
-        return np.array(_jacobian.jacobian(*q.tolist(), *geometry.values))
+    """The geometric Jacobian, (..., 6, 4): linear rows first (mm/rad), then angular rows, base frame."""
+    q = _four_or_rows(q, "q", JOINT_ANGLES)
+    if type(q) is tuple:
+        return np.array(_jacobian.jacobian(*q, *geometry.values))
     return _matrices(_jacobian.jacobian_batch, q, geometry, (6, 4))
 
 
 def ik(pose, geometry: Geometry = COURSE, limits=LIMITS) -> tuple[IKSolution, IKSolution, IKSolution, IKSolution]:
     """All four branches for a task pose [x, y, z, pitch] (mm, rad): front/up, front/down, back/up, back/down.
 
-    Every branch gets a verdict: out of reach (and by how much), or each joint limit that it breaks. On the axis of
-    joint 1, where q1 is free, q1 is 0 in front and pi at the back; `solve_ik` chooses it. Raises `BadInput`.
+    Every branch gets a verdict: out of reach (and by how much), or each joint limit that it breaks. On the axis
+    of joint 1, where q1 is free, q1 is 0 in front and pi at the back; `solve_ik` chooses it. Raises `BadInput`.
     """
-    x, y, z, pitch = _four(pose, "pose", TASK_POSE)
-    if x == 0.0 and y == 0.0:
-        x = y = 0.0  # without signs, which would turn q1 by pi
-    return _branches(x, y, z, pitch, geometry, limits)
+    return _branches(_four(pose, "pose", TASK_POSE), geometry, _checked(limits))
 
 
 def solve_ik(pose, near=HOME, geometry: Geometry = COURSE, limits=LIMITS) -> IKSolution:
     """The legal solution whose joints have the least way to go from `near` (rad).
 
-    Raises `Unreachable` (how far, and the nearest reachable pose), `JointLimit` (the branch that comes closest to
-    its limits, and by how much each joint exceeds them), or `BadInput`. On the axis of joint 1, q1 is near's.
+    Raises `Unreachable` (how far, and the nearest reachable pose), `JointLimit` (the branch that comes closest
+    to its limits, and by how much each joint exceeds them), or `BadInput`. On the axis of joint 1, q1 is near's.
     """
-    x, y, z, pitch = target = _four(pose, "pose", TASK_POSE)
+    target = _four(pose, "pose", TASK_POSE)
     near = _four(near, "near", JOINT_ANGLES)
-    solutions = _branches(x, y, z, pitch, geometry, limits)
-    if x * x + y * y <= ON_AXIS * ON_AXIS:
-        solutions = [_turned(s, near[0], limits) for s in solutions]
+    limits = _checked(limits)
+    solutions = _branches(target, geometry, limits)
+    if max(abs(target[0]), abs(target[1])) <= ON_AXIS:
+        solutions = [_turned(s, near[0], limits) for s in solutions[:2]]  # the others are these, half a turn on
     legal = [s for s in solutions if s.legal]
     if legal:
         return min(legal, key=lambda s: sum((a - b) ** 2 for a, b in zip(s.q, near, strict=True)))
@@ -174,11 +169,12 @@ def solve_ik(pose, near=HOME, geometry: Geometry = COURSE, limits=LIMITS) -> IKS
 def ik_batch(poses, geometry: Geometry = COURSE, limits=LIMITS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """`ik` for many poses (N, 4): q (N, 4 branches, 4 joints), reachable (N, 4), legal (N, 4).
 
-    Angles are in [-pi, pi] and NaN where a branch is out of reach. Raises `BadInput`.
+    Angles are in (-pi, pi], and NaN where a branch is out of reach. Raises `BadInput`.
     """
     poses = as_rows(poses, "poses", 4, TASK_POSE)
     if poses.ndim != 2:
         raise BadInput(f"`poses` must have shape (N, 4); got {poses.shape}. For one pose use `ik`.")
+    limits = _checked(limits)
     q = np.empty((len(poses), 4, 4))
     reachable = np.empty((len(poses), 4), dtype=bool)
     legal = np.empty((len(poses), 4), dtype=bool)
@@ -187,17 +183,28 @@ def ik_batch(poses, geometry: Geometry = COURSE, limits=LIMITS) -> tuple[np.ndar
     return q, reachable, legal
 
 
-def _branches(x, y, z, pitch, geometry, limits):
-    *angles, D_front, D_back = _ik.branches(x, y, z, pitch, *geometry.values)
-    shortest = None
+def _plain(x, y, z, pitch):
+    """The pose as the formulas want it: no minus zero, which would turn q1 by pi, and a pitch within one turn.
+
+    Of a large pitch the formulas' q4 and sines round differently; both must speak of the same angle.
+    """
+    return x + 0.0, y + 0.0, z, remainder(pitch, tau)
+
+
+def _branches(target, geometry, limits):
+    pose = _plain(*target)
+    *angles, D_front, D_back = _ik.branches(*pose, *geometry.values)
+    missing = None
     solutions = []
     for q, (front, elbow_up) in zip(angles, BRANCHES, strict=True):
         if abs(D_front if front else D_back) <= 1.0 + REACH_SLACK:
+            if -pi in q:
+                q = tuple(pi if angle == -pi else angle for angle in q)
             solutions.append(IKSolution(q, front, elbow_up, _verdict(q, limits)))
             continue
-        if shortest is None:
-            shortest = _ik.missing(x, y, z, pitch, *geometry.values)
-        solutions.append(IKSolution(None, front, elbow_up, (), shortest[not front]))
+        if missing is None:
+            missing = _ik.missing(*pose, *geometry.values)
+        solutions.append(IKSolution(None, front, elbow_up, (), missing[not front]))
     return tuple(solutions)
 
 
@@ -211,18 +218,19 @@ def _verdict(q, limits) -> tuple[Violation, ...]:
 
 
 def _turned(solution: IKSolution, q1: float, limits) -> IKSolution:
-    """The solution with q1 given, the back branch half a turn from it: for poses on the axis of joint 1."""
+    """The solution with q1 as near as its limits allow: for poses on the axis of joint 1, where q1 is free."""
     if not solution.reachable:
         return solution
-    first = q1 if solution.front else q1 + pi
-    q = (pi - (pi - first) % tau, *solution.q[1:])
+    low, high = limits[0]
+    first = remainder(min(max(remainder(q1, tau), low), high), tau)
+    q = (first if first > -pi else pi, *solution.q[1:])
     return IKSolution(q, solution.front, solution.elbow_up, _verdict(q, limits))
 
 
 def _unreachable(target, solutions, geometry) -> Unreachable:
     """The error with the pose that the wrist reaches when it stretches (or folds) towards the target."""
     best = min(solutions, key=lambda s: s.missing)
-    angles = _ik.branches(*target, *geometry.values)[solutions.index(best)]
+    angles = _ik.branches(*_plain(*target), *geometry.values)[solutions.index(best)]
     return Unreachable(Pose(*target), best.missing, pose(angles, geometry))
 
 
@@ -244,26 +252,43 @@ def _matrices(function, q: np.ndarray, geometry: Geometry, shape: tuple[int, int
 
 
 def _ik_block(columns, geometry, limits, q, reachable, legal) -> None:
-    *angles, D_front, D_back = _ik.branches_batch(*columns, *geometry.values)
+    """Fill q (n, 4, 4), reachable and legal (n, 4) for one block of poses, (4, n)."""
+    x, y, z, pitch = columns
+    poses = x + 0.0, y + 0.0, z, np.fmod(pitch, tau)  # as in `_plain`
+    with np.errstate(over="ignore"):  # poses so far away that their squares overflow are out of reach
+        *angles, D_front, D_back = _ik.branches_batch(*poses, *geometry.values)
+    within = {front: np.abs(D) <= 1.0 + REACH_SLACK for front, D in ((True, D_front), (False, D_back))}
+    blank = {front: np.where(reached, 0.0, np.nan) for front, reached in within.items()}
     for b, ((front, _), joints) in enumerate(zip(BRANCHES, angles, strict=True)):
-        within = np.abs(D_front if front else D_back) <= 1.0 + REACH_SLACK
-        inside = within.copy()
+        inside = within[front].copy()
         for j, (angle, (low, high)) in enumerate(zip(joints, limits, strict=True)):
-            inside &= (angle >= low - LIMIT_SLACK) & (angle <= high + LIMIT_SLACK)
-            q[:, b, j] = angle
-        q[~within, b] = np.nan
-        reachable[:, b], legal[:, b] = within, inside
+            inside &= angle >= low - LIMIT_SLACK
+            inside &= angle <= high + LIMIT_SLACK
+            np.add(angle, blank[front], out=q[:, b, j])  # NaN where out of reach
+        reachable[:, b], legal[:, b] = within[front], inside
+    q[q == -pi] = pi
+
+
+def _checked(limits):
+    return limits if limits is LIMITS else as_limits(limits, 4)
+
+
+def _four_or_rows(value, name: str, wanted: str):
+    """A tuple of four plain floats, by the quick way; else a checked array (..., 4) with two axes or more."""
+    try:
+        a, b, c, d = value if type(value) is not np.ndarray or value.ndim != 1 else value.tolist()
+        total = a + b + c + d
+        if type(total) is float and isfinite(total):
+            return a, b, c, d
+    except (TypeError, ValueError):  # not four numbers: a batch, or a mistake that `as_rows` explains
+        pass
+    rows = as_rows(value, name, 4, wanted)
+    return tuple(rows.tolist()) if rows.ndim == 1 else rows
 
 
 def _four(value, name: str, wanted: str) -> tuple[float, float, float, float]:
     """Four finite floats from a list, tuple or 1-D array; `BadInput` otherwise."""
-    try:
-        a, b, c, d = value if type(value) is not np.ndarray or value.ndim != 1 else value.tolist()
-        if isfinite(a + b + c + d):
-            return float(a), float(b), float(c), float(d)
-    except (TypeError, ValueError):
-        pass
-    rows = as_rows(value, name, 4, wanted)
-    if rows.ndim != 1:
-        raise BadInput(f"`{name}` must be {wanted}: four numbers; got shape {rows.shape}.")
-    return tuple(rows.tolist())
+    four = _four_or_rows(value, name, wanted)
+    if type(four) is not tuple:
+        raise BadInput(f"`{name}` must be {wanted}, shape (4,); got shape {four.shape}.")
+    return four

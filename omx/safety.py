@@ -97,20 +97,25 @@ class Guard:
         parts = capsules(q, self.geometry)
         gaps = [
             (distance(parts[i], parts[j]) - parts[i].radius - parts[j].radius, parts[i].name, parts[j].name)
-            for i, j in _PAIRS
+            for i, j in PAIRS
         ]
         if self.table is not None:
             gaps += [(min(c.a[2], c.b[2]) - c.radius - self.table, c.name, "table") for c in parts[3:]]
         return min(gaps)
 
 
-#: Which of the capsules below can meet: the base and the parts beyond the elbow, the upper arm and the hand.
-_PAIRS = ((0, 3), (0, 4), (0, 5), (1, 4), (1, 5), (2, 5))
+#: Which capsules can meet: the base and the parts beyond the elbow, the upper arm and the hand.
+PAIRS = ((0, 3), (0, 4), (0, 5), (1, 4), (1, 5), (2, 5))
 
 
 def capsules(q, geometry: Geometry = COURSE) -> tuple[Capsule, ...]:
     """The arm at `q` (rad): base, upper arm, elbow, forearm, hand, fingers. Sizes from the maker's drawings."""
-    T1, T2, T3, T4 = _fk.frames(*q, *geometry.values)
+    return parts(_fk.frames(*q, *geometry.values), geometry)
+
+
+def parts(frames, geometry: Geometry = COURSE) -> tuple[Capsule, ...]:
+    """The arm's capsules from its frames T_0_1 .. T_0_4, rows of numbers or, for many arms at once, of columns."""
+    T1, T2, T3, T4 = frames
     shoulder, elbow, wrist, tool = (_position(T) for T in (T1, T2, T3, T4))
     beam = geometry.L2 * cos(geometry.delta)
     c, s = beam * cos(geometry.delta), beam * sin(geometry.delta)

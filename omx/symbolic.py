@@ -6,7 +6,9 @@ Only notebooks, tests and `omx.codegen` import this module; the arm itself never
 import sympy as sp
 from sympy.simplify.fu import TR10i
 
-from .errors import OmxError
+from . import arrays
+from .dh import DHRow
+from .errors import BadInput, OmxError
 
 
 class NotEqual(OmxError, AssertionError):
@@ -15,6 +17,21 @@ class NotEqual(OmxError, AssertionError):
     def __init__(self, name: str, residual):
         self.residual = residual
         super().__init__(f"{name} is not 0; what remains is {residual}")
+
+
+class wrap(sp.Function):
+    """An angle brought into (-pi, pi]: kept as it is in derivations, worked out for numbers and in code."""
+
+    nargs = 1
+    _imp_ = staticmethod(arrays.wrap)  # what `lambdify` calls
+
+    @classmethod
+    def eval(cls, angle):
+        if angle.is_number and angle.is_real:
+            return angle - 2 * sp.pi * sp.ceiling(angle / (2 * sp.pi) - sp.Rational(1, 2))
+
+    def fdiff(self, argindex=1):
+        return sp.Integer(1)
 
 
 def dh_matrix(theta, d, a, alpha) -> sp.Matrix:
@@ -28,6 +45,28 @@ def dh_matrix(theta, d, a, alpha) -> sp.Matrix:
             [0, 0, 0, 1],
         ]
     )
+
+
+def exact(row: DHRow) -> DHRow:
+    """The row for SymPy: angles that are multiples of 15 deg exact, so that their cosines are 0, 1/2, ...
+
+    Entries may be numbers or expressions: `delta - 1.5707963` becomes `delta - pi/2`, a length 77.0 becomes 77.
+    """
+    return DHRow(_angle(row.theta), _length(row.d), _length(row.a), _angle(row.alpha), row.prismatic)
+
+
+def _angle(value):
+    constant, rest = sp.sympify(value).as_coeff_Add()
+    if constant.is_Float:
+        steps = round(float(constant / (sp.pi / 12)))
+        near = abs(float(constant - steps * sp.pi / 12)) < 1e-12
+        constant = steps * sp.pi / 12 if near else constant
+    return constant + rest
+
+
+def _length(value):
+    value = sp.sympify(value)
+    return sp.Integer(int(value)) if value.is_Float and float(value).is_integer() else value
 
 
 def gather(expression):
@@ -45,24 +84,24 @@ def residual(difference, relations=()):
     """What is left of `difference` when every angle sum is expanded and sin^2 + cos^2 = 1 is used.
 
     `relations`: pairs (symbol, expression for its square), for symbols bound by an identity, such as
-    `(s, 1 - D**2)`. The answer is exactly 0 if, and only if, the polynomial in sines, cosines and symbols is 0.
-    Works on an expression or a matrix.
+    `(s, 1 - D**2)`; they are used in their order. What is left is exactly 0 if, and only if, the difference is 0
+    for all angles and all symbols that keep the relations. Works on an expression or a matrix.
     """
     if isinstance(difference, sp.MatrixBase):
         return difference.applyfunc(lambda entry: residual(entry, relations))
     numerator = sp.numer(sp.together(sp.expand(sp.expand_trig(difference))))
     expanded = sp.expand(numerator)
+    for symbol, square in relations:
+        expanded = _reduce_square(expanded, symbol, sp.expand_trig(square))
     for sine in sorted(expanded.atoms(sp.sin), key=sp.default_sort_key):
         expanded = _reduce_square(expanded, sine, 1 - sp.cos(sine.args[0]) ** 2)
-    for symbol, square in relations:
-        expanded = _reduce_square(expanded, symbol, square)
-    return sp.expand(expanded)
+    return expanded
 
 
 def _reduce_square(expression, base, square):
     """`expression` with base**2 replaced by `square` until only base**0 and base**1 are left."""
     marker = sp.Dummy("base")
-    polynomial = sp.Poly(expression.subs(base, marker), marker)
+    polynomial = sp.Poly(expression.xreplace({base: marker}), marker)
     total = sp.Integer(0)
     for (power,), coefficient in polynomial.terms():
         total += coefficient * square ** (power // 2) * base ** (power % 2)
@@ -72,24 +111,35 @@ def _reduce_square(expression, base, square):
 def prove_equal(left, right, relations=(), name: str = "the difference") -> None:
     """Prove `left == right` symbolically; raise `NotEqual` with the residual otherwise. Prints nothing."""
     rest = residual(left - right, relations)
-    if isinstance(rest, sp.MatrixBase):
-        for entry in rest:
-            if entry != 0:
-                raise NotEqual(name, entry)
-    elif rest != 0:
-        raise NotEqual(name, rest)
+    if not isinstance(rest, sp.MatrixBase):
+        rest = sp.Matrix([rest])
+    for index, entry in enumerate(rest):
+        if entry != 0:
+            where = f"{name}, entry {divmod(index, rest.cols)}," if len(rest) > 1 else name
+            raise NotEqual(where, entry)
 
 
-def show(name: str, expression) -> sp.Eq:
-    """`name = expression` as an equation that the notebook typesets; `name` may be LaTeX, such as `A_1`."""
-    return sp.Eq(sp.Symbol(name), expression, evaluate=False)
+def show(name: str, *forms) -> sp.Eq:
+    """`name = form` as an equation that the notebook typesets; `name` may be LaTeX, such as `A_1`.
+
+    More forms stand side by side: `show("A_1", A1, numbers(A1, lengths))` is the formula, then its value.
+    """
+    equation = sp.Symbol(name)
+    for form in forms:
+        equation = sp.Eq(equation, form, evaluate=False)
+    return equation
 
 
 def numbers(expression, values: dict, digits: int = 3):
-    """`expression` with `values` put in, as floats rounded to `digits` decimals: the formula beside its value."""
-    def rounded(entry):
-        return sp.Float(round(float(sp.sympify(entry).evalf(subs=values)), digits) + 0.0, 15)
+    """`expression` with `values` put in, rounded to `digits` decimals: to be shown beside the formula.
 
+    Whole numbers come out as integers, so that a matrix of zeros and ones is easy to read.
+    """
     if isinstance(expression, sp.MatrixBase):
-        return expression.applyfunc(rounded)
-    return rounded(expression)
+        return expression.applyfunc(lambda entry: numbers(entry, values, digits))
+    number = sp.sympify(expression).subs(values).evalf()
+    if number.free_symbols:
+        missing = ", ".join(sorted(symbol.name for symbol in number.free_symbols))
+        raise BadInput(f"`values` must hold a number for every symbol; it lacks {missing}.")
+    value = round(float(number), digits)
+    return sp.Integer(int(value)) if value.is_integer() else sp.Float(value, 15)

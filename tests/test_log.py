@@ -71,7 +71,7 @@ def test_a_full_disk_keeps_the_samples_in_memory_and_says_so(tmp_path):
     recorder = Recorder(tmp_path / "full.csv", COLUMNS)
     recorder.write(0.0, 1.0, 2.0)
     recorder._file.close()
-    recorder._file = open("/dev/full", "w")
+    recorder._file = open("/dev/full", "w")  # noqa: SIM115 (the recorder closes it)
     with pytest.raises(LogError, match="No space left") as caught, recorder:
         recorder.write(3.0, 4.0, 5.0)
     assert caught.value.samples == [(0.0, 1.0, 2.0), (3.0, 4.0, 5.0)]

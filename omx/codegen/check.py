@@ -7,7 +7,8 @@ import tempfile
 from pathlib import Path
 
 from ..errors import OmxError
-from .module import GENERATED, MARK
+from .module import MARK
+from .store import GENERATED
 
 NOTEBOOKS = GENERATED.parent.parent / "notebooks"
 FIX = "python -m omx.codegen"
@@ -25,33 +26,35 @@ def sources() -> dict[Path, str]:
 
 
 def run_notebook(name: str, target: Path) -> None:
-    """Run a chapter in a kernel of its own, its generated modules going to `target`."""
+    """Run a chapter in a kernel of its own, its generated modules going to `target`. Raises `OmxError`."""
     import nbformat
     from nbclient import NotebookClient
+    from nbclient.exceptions import CellExecutionError
 
     path = NOTEBOOKS / f"{name}.ipynb"
     if not path.exists():
         raise OmxError(f"{path} is missing; the generated modules can only be checked in a clone of the book.")
     notebook = nbformat.read(path, as_version=4)
-    before = os.environ.get("OMX_GENERATED")
-    os.environ["OMX_GENERATED"] = str(target)
+    client = NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(NOTEBOOKS)}})
     try:
-        NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(NOTEBOOKS)}}).execute()
-    finally:
-        os.environ.pop("OMX_GENERATED") if before is None else os.environ.update(OMX_GENERATED=before)
+        client.execute(env={**os.environ, "OMX_GENERATED": str(target)})
+    except CellExecutionError as error:
+        raise OmxError(f"notebooks/{name}.ipynb stops with {error.ename}: {error.evalue}") from error
+
+
+def files(folder: Path) -> dict[str, Path]:
+    """The Python and JavaScript modules in a folder, by name."""
+    return {path.name: path for path in folder.iterdir() if path.suffix in (".py", ".js") and path.stem != "__init__"}
 
 
 def difference(target: Path) -> str:
     """A diff of the checked-in modules against those in `target`; empty if names and bytes are the same."""
-    ours = {path.name: path for path in sources()}
-    theirs = {path.name: path for path in target.glob("*.py")}
+    ours, theirs = files(GENERATED), files(target)
     pieces = []
     for name in sorted(ours.keys() | theirs.keys()):
-        old = ours[name].read_bytes().decode() if name in ours else ""
-        new = theirs[name].read_bytes().decode() if name in theirs else ""
-        pieces += difflib.unified_diff(
-            old.splitlines(keepends=True), new.splitlines(keepends=True), f"checked in/{name}", f"notebook/{name}"
-        )
+        old, new = (side[name].read_bytes().decode() if name in side else "" for side in (ours, theirs))
+        lines = (old.splitlines(keepends=True), new.splitlines(keepends=True))
+        pieces += difflib.unified_diff(*lines, f"checked in/{name}", f"notebook/{name}")
     return "".join(pieces)
 
 
@@ -60,12 +63,22 @@ def main(arguments: list[str]) -> int:
     if arguments not in ([], ["--check"]):
         print(f"usage: {FIX} [--check]", file=sys.stderr)
         return 2
+    try:
+        return _check() if arguments else _write()
+    except OmxError as error:
+        print(error, file=sys.stderr)
+        return 1
+
+
+def _write() -> int:
+    for name in sorted(set(sources().values())):
+        print(f"running notebooks/{name}.ipynb", flush=True)
+        run_notebook(name, GENERATED)
+    return 0
+
+
+def _check() -> int:
     notebooks = sorted(set(sources().values()))
-    if not arguments:
-        for name in notebooks:
-            print(f"running notebooks/{name}.ipynb")
-            run_notebook(name, GENERATED)
-        return 0
     with tempfile.TemporaryDirectory() as folder:
         for name in notebooks:
             run_notebook(name, Path(folder))

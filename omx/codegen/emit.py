@@ -1,238 +1,145 @@
 """One `Function` as source text: sines and cosines first, then the named steps, then the results."""
 
+import ast
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+import textwrap
+from collections.abc import Sequence
 
 import sympy as sp
 
-from ..errors import BadInput
-from .printer import BATCH, Dialect, Printer
+from .function import Function, label, sum_name, tree
+from .printer import BATCH, SCALAR, Dialect, Printer
 
 WIDTH = 110
-
-
-@dataclass(frozen=True)
-class Function:
-    """What a notebook derived, ready to be written.
-
-    `outputs` maps each result's name to an expression, a sequence of expressions, or a matrix. `steps` are
-    (symbol, expression) pairs, computed in their order before the results; an expression may use the `inputs`,
-    the module's parameters and the steps before it.
-    """
-
-    name: str
-    doc: str
-    inputs: Sequence[sp.Symbol]
-    outputs: Mapping[str, Any]
-    steps: Sequence[tuple[sp.Symbol, sp.Expr]] = field(default=())
-
-    def flat_outputs(self) -> list[sp.Expr]:
-        return [sp.sympify(e) for value in self.outputs.values() for e in entries(value)]
-
-    def check(self, parameters: Sequence[sp.Symbol]) -> None:
-        """Every symbol must be an input, a parameter or an earlier step; `BadInput` names the first that is not."""
-        known = set(self.inputs) | set(parameters)
-        for symbol, expression in self.steps:
-            self._check_known(expression, known, f"step `{symbol}`")
-            known.add(symbol)
-        for name, value in self.outputs.items():
-            for expression in entries(value):
-                self._check_known(expression, known, f"output `{name}`")
-
-    def _check_known(self, expression, known, where) -> None:
-        unknown = sorted(s.name for s in sp.sympify(expression).free_symbols - known)
-        if unknown:
-            names = ", ".join(sorted(s.name for s in known))
-            raise BadInput(
-                f"`{self.name}`, {where}: unknown symbol `{unknown[0]}`. Known here: {names}. Make it an input, "
-                f"a parameter with a value, or a step. (SymPy symbols with other assumptions are other symbols.)"
-            )
-
-
-def entries(value) -> list:
-    """The expressions in an output: of a matrix row by row, of a sequence in order, or the one itself."""
-    if isinstance(value, sp.MatrixBase):
-        return list(value)
-    if isinstance(value, (list, tuple)):
-        return [e for item in value for e in entries(item)]
-    return [value]
-
-
-def operations(function: Function) -> str:
-    """How much arithmetic one call costs, for the docstring."""
-    body = [e for _, e in function.steps] + function.flat_outputs()
-    trig = set().union(*(sp.sympify(e).atoms(sp.sin, sp.cos) for e in body))
-    names = {t: sp.Dummy() for t in trig}
-    rest = sum(sp.count_ops(sp.sympify(e).xreplace(names)) for e in body)
-    return f"{rest} operations and {len(trig)} sines and cosines"
 
 
 class Emitter:
     """Writes one function in one dialect."""
 
-    def __init__(self, function: Function, parameters: Sequence[sp.Symbol], dialect: Dialect):
+    def __init__(self, function: Function, parameters: Sequence[sp.Symbol], dialect: Dialect, printer=Printer):
         self.function, self.parameters, self.dialect = function, tuple(parameters), dialect
-        self.printer = Printer(dialect, parameters)
-        self.lines: list[str] = []
+        self.printer = printer(dialect, parameters)
         self.replaced: dict = {}
 
     def source(self) -> str:
-        function = self.function
-        function.check(self.parameters)
-        self._angles()
-        for symbol, expression in function.steps:
-            self._assign(symbol.name, expression)
-            if not isinstance(expression, sp.Symbol):
-                self.replaced.setdefault(sp.sympify(expression), symbol)
-        self._results()
-        return "\n".join([*self._head(), *self.lines]) + "\n"
+        """The whole function, checked first."""
+        self.function.check(self.parameters)
+        return "\n".join([*self.head(), *self.body()]) + "\n"
 
-    def _head(self) -> list[str]:
-        number = self.printer.use(self.dialect.number)
-        inputs = ", ".join(f"{s.name}: {number}" for s in self.function.inputs)
-        lengths = ", ".join(f"{s.name}: float" for s in self.parameters)
-        arguments = f"    {inputs},\n    {lengths},\n" if lengths else f"    {inputs},\n"
-        head = f"def {self.function.name}{self.dialect.suffix}(\n{arguments}) -> {self._returns()}:"
-        kind = "Columns in, columns out." if self.dialect is BATCH else operations(self.function) + "."
-        doc = f"{self.function.doc.strip()} {kind[0].upper()}{kind[1:]}"
-        return [head, *_docstring(doc)]
+    def head(self) -> list[str]:
+        function, number = self.function, self.printer.use(self.dialect.number)
+        inputs = [f"{symbol.name}: {number}" for symbol in function.inputs]
+        lengths = [f"{symbol.name}: float" for symbol in self.parameters]
+        lines = signature(function.name + self.dialect.suffix, (inputs, lengths), self._returns())
+        note = self._columns() if self.dialect is BATCH else operations(function, self.parameters)
+        return [*lines, *docstring(f"{function.doc.strip()} {note}.")]
+
+    def _columns(self) -> str:
+        plain = any(not result.free_symbols - set(self.parameters) for result in self.function.results())
+        return "Columns in, columns out" + ("; constants are plain numbers" if plain else "")
 
     def _returns(self) -> str:
-        outputs = list(self.function.outputs.values())
-        if all(len(entries(v)) == 1 and not isinstance(v, (sp.MatrixBase, tuple, list)) for v in outputs):
-            number = self.dialect.number
-            return number if len(outputs) == 1 else f"tuple[{', '.join([number] * len(outputs))}]"
-        return "tuple"
+        outputs, number = [tree(value) for value in self.function.outputs.values()], self.dialect.number
+        if any(isinstance(value, tuple) for value in outputs):
+            return "tuple"
+        if len(outputs) > 6:
+            return f"tuple[{number}, ...]"
+        return number if len(outputs) == 1 else f"tuple[{', '.join([number] * len(outputs))}]"
 
-    def _angles(self) -> None:
-        """Name every sine and cosine: c1 s1 c23 s23 ... in order of the number of joints in the angle."""
-        body = [e for _, e in self.function.steps] + self.function.flat_outputs()
-        trig = set().union(*(sp.sympify(e).atoms(sp.sin, sp.cos) for e in body))
-        given = set(self.function.inputs) | set(self.parameters)
-        for argument in sorted({t.args[0] for t in trig}, key=lambda a: (len(a.free_symbols), label(a))):
-            if not argument.free_symbols <= given:
-                raise BadInput(
-                    f"`{self.function.name}`: sin or cos of `{argument}`, which is computed in a step; "
-                    f"make it an input, or write the sine and cosine as steps."
-                )
-            self._angle(argument, trig)
+    def body(self) -> list[str]:
+        """The statements, indented."""
+        lines = []
+        for angle in self.function.angles():
+            lines += self._angle(angle)
+        for symbol, expression in self.function.needed_steps():
+            lines += self._statement(f"{self.dialect.let}{symbol.name} = ", expression)
+            if expression.free_symbols and not expression.is_Symbol:
+                self.replaced.setdefault(expression, symbol)
+        return lines + self._results()
 
-    def _angle(self, argument, trig) -> None:
-        name = label(argument)
-        sine, cosine = sp.sin(argument), sp.cos(argument)
-        angle = argument
-        if isinstance(argument, sp.Add):
-            angle = sp.Symbol(f"q{name}" if name[0].isdigit() else f"angle{name}")
-            self.lines.append(f"    {angle} = {self.printer.code(argument)}")
-            self.replaced |= {argument: angle, -argument: -angle}
-        code = self.printer.code(angle)
-        names = [f"s{name}" if sine in trig else "_", f"c{name}" if cosine in trig else "_"]
-        if self.dialect is BATCH or "_" not in names:
+    def _angle(self, angle) -> list[str]:
+        """The sine and cosine of one angle, and first the angle itself if it is a sum."""
+        lines, name, variable = [], label(angle), angle
+        if angle.is_Add:
+            variable = sp.Symbol(sum_name(angle))
+            lines += self._statement(f"{self.dialect.let}{variable.name} = ", angle)
+            self.replaced |= {angle: variable, -angle: -variable}
+        code = self.printer.code(variable)
+        used = self.function.sines_and_cosines()
+        names = {word: f"{word[0]}{name}" for word, f in (("sin", sp.sin), ("cos", sp.cos)) if f(angle) in used}
+        self.replaced |= {sp.sin(angle): sp.Symbol(f"s{name}"), sp.cos(angle): sp.Symbol(f"c{name}")}
+        if self.dialect is BATCH or (self.dialect.pair and len(names) == 2):
             pair = self.printer.use(self.dialect.pair.format(code))
-            self.lines.append(f"    {', '.join(names)} = {pair}")
-        else:
-            function = self.printer.use("sin" if sine in trig else "cos")
-            self.lines.append(f"    {names[function == 'cos']} = {function}({code})")
-        self.replaced |= {sine: sp.Symbol(f"s{name}"), cosine: sp.Symbol(f"c{name}")}
+            return [*lines, f"    {names.get('sin', '_')}, {names.get('cos', '_')} = {pair}"]
+        functions = {word: self.printer.use(self.dialect.functions[word]) for word in names}
+        let, end = self.dialect.let, self.dialect.end
+        return [*lines, *(f"    {let}{variable} = {functions[word]}({code}){end}" for word, variable in names.items())]
 
-    def _code(self, expression) -> str:
-        return self.printer.code(sp.sympify(expression).xreplace(self.replaced))
-
-    def _assign(self, name: str, expression) -> None:
-        self.lines += folded(f"    {name} = ", self._code(expression))
-
-    def _results(self) -> None:
+    def _results(self) -> list[str]:
         outputs = self.function.outputs
         if len(outputs) == 1:
-            ((_, value),) = outputs.items()
-            self._return_one(value)
-            return
+            return self._statement("return ", *outputs.values())
+        lines = []
         for name, value in outputs.items():
-            if isinstance(value, (sp.MatrixBase, tuple, list)):
-                self.lines += self._group(f"{name} = ", value)
-            elif not (isinstance(value, sp.Symbol) and value.name == name):
-                self._assign(name, value)
-        self.lines.append(f"    return {', '.join(outputs)}")
+            if not (isinstance(value, sp.Symbol) and value.name == name):
+                lines += self._statement(f"{self.dialect.let}{name} = ", value)
+        opening, closing = self.dialect.brackets if self.dialect.let else ("", "")
+        line = f"    return {opening}{', '.join(outputs)}{closing}{self.dialect.end}"
+        return lines + ([line] if len(line) <= WIDTH else ["    return (", *packed(list(outputs), " " * 8), "    )"])
 
-    def _return_one(self, value) -> None:
-        if isinstance(value, (sp.MatrixBase, tuple, list)):
-            self.lines += self._group("return ", value)
-        else:
-            self.lines += folded("    return ", self._code(value))
-
-    def _group(self, prefix: str, value) -> list[str]:
-        """A sequence on one line if it is flat and fits; otherwise a line for each row."""
-        if not any(isinstance(item, (list, tuple)) for item in _as_rows(value)):
-            line = f"    {prefix}({', '.join(self._code(item) for item in value)})"
+    def _statement(self, prefix: str, value, indent: str = "    ", end: str | None = None) -> list[str]:
+        """`prefix value`: a number or a row of numbers on one line if it fits, a table with a line for each row."""
+        value, end = tree(value), self.dialect.end if end is None else end
+        if not isinstance(value, tuple):
+            return folded(indent + prefix, self._code(value), end)
+        opening, closing = self.dialect.brackets
+        if not any(isinstance(item, tuple) for item in value):
+            comma = "," if len(value) == 1 and opening == "(" else ""
+            line = f"{indent}{prefix}{opening}{', '.join(map(self._code, value))}{comma}{closing}{end}"
             if len(line) <= WIDTH:
                 return [line]
-        return [f"    {prefix}(", *self._rows(value, 8), "    )"]
+        inner = [line for item in value for line in self._statement("", item, indent + "    ", ",")]
+        return [f"{indent}{prefix}{opening}", *inner, f"{indent}{closing}{end}"]
 
-    def _rows(self, value, indent: int) -> list[str]:
-        lines = []
-        for row in _as_rows(value):
-            if isinstance(row, (list, tuple)):
-                cells = [self._code(cell) for cell in row]
-                text = f"({', '.join(cells)}{',' if len(cells) == 1 else ''}),"
-                lines += _row_lines(text, cells, indent)
-            else:
-                lines.append(" " * indent + self._code(row) + ",")
-        return lines
+    def _code(self, expression) -> str:
+        return self.printer.code(expression.xreplace(self.replaced))
 
 
-def _as_rows(value) -> list:
-    return value.tolist() if isinstance(value, sp.MatrixBase) else list(value)
+def operations(function: Function, parameters: Sequence[sp.Symbol]) -> str:
+    """How much arithmetic one call costs, counted in the code that is written."""
+    nodes = list(ast.walk(ast.parse(textwrap.dedent("\n".join(Emitter(function, parameters, SCALAR).body())))))
+    calls = [node.func.id for node in nodes if isinstance(node, ast.Call)]
+    trig = sum(name in ("sin", "cos") for name in calls)
+    rest = sum(isinstance(node, (ast.BinOp, ast.UnaryOp)) for node in nodes) + len(calls) - trig
+    return f"{rest} operations and {trig} sines and cosines"
 
 
-def _row_lines(text: str, cells: list[str], indent: int) -> list[str]:
-    pad = " " * indent
-    if len(pad + text) <= WIDTH:
-        return [pad + text]
-    return [f"{pad}(", *(f"{pad}    {cell}," for cell in cells), f"{pad}),"]
+def signature(name: str, groups: Sequence[Sequence[str]], returns: str) -> list[str]:
+    """The `def` line; if it is too long, each group of arguments on lines of its own."""
+    line = f"def {name}({', '.join(argument for group in groups for argument in group)}) -> {returns}:"
+    if len(line) <= WIDTH:
+        return [line]
+    return [f"def {name}(", *(line for group in groups for line in packed(group, "    ")), f") -> {returns}:"]
 
 
-def label(argument) -> str:
-    """The short name of an angle: q2 + q3 -> "23", q2 + delta -> "2_delta", pitch -> "_pitch"."""
-    joints, others = [], []
-    for term in sp.Add.make_args(argument):
-        sign, symbol = ("m", -term) if term.could_extract_minus_sign() else ("", term)
-        if not symbol.is_Symbol:
-            others.append(sign + re.sub(r"\W+", "", str(symbol).replace("/", "_")))
-        elif re.fullmatch(r"q\d+", symbol.name):
-            joints.append((int(symbol.name[1:]), sign))
-        else:
-            others.append(sign + symbol.name)
-    separator = "_" if any(number > 9 for number, _ in joints) else ""
-    digits = separator.join(f"{sign}{number}" for number, sign in sorted(joints))
-    return digits + "".join(f"_{name}" for name in sorted(others))
-
-
-def folded(prefix: str, code: str) -> list[str]:
-    """`prefix + code`, broken before top-level `+` and `-` inside parentheses where it is too long."""
-    if len(prefix + code) <= WIDTH:
-        return [prefix + code]
+def folded(prefix: str, code: str, end: str = "") -> list[str]:
+    """`prefix + code`, put in parentheses and broken before `+` and `-` where it is too long."""
+    if len(prefix + code + end) <= WIDTH:
+        return [prefix + code + end]
     indent = " " * (len(prefix) - len(prefix.lstrip()))
-    lines, current = [], ""
-    for part in re.split(r"(?= [+-] )", code):
-        if len(current + part) > WIDTH - len(indent) - 4 and _balanced(current):
-            lines.append(current.strip())
-            current = ""
-        current += part
-    lines.append(current.strip())
-    return [f"{prefix}(", *(f"{indent}    {line}" for line in lines), f"{indent})"]
+    glued = re.sub(r"([+-]) ", "\\1\0", code)
+    pieces = textwrap.wrap(glued, WIDTH - len(indent) - 4, break_long_words=False, break_on_hyphens=False)
+    return [f"{prefix}(", *(f"{indent}    {piece}".replace("\0", " ") for piece in pieces), f"{indent}){end}"]
 
 
-def _balanced(text: str) -> bool:
-    return text.count("(") == text.count(")")
+def packed(words: Sequence[str], indent: str) -> list[str]:
+    """`words` with a comma after each, as many on a line as fit."""
+    glued = " ".join(f"{word},".replace(" ", "\0") for word in words)
+    lines = textwrap.wrap(glued, WIDTH - len(indent), break_long_words=False, break_on_hyphens=False)
+    return [indent + line.replace("\0", " ") for line in lines]
 
 
-def _docstring(text: str) -> list[str]:
-    words, lines, current = text.split(), [], '    """'
-    for word in words:
-        if len(current) + len(word) + 1 > WIDTH - 4:
-            lines.append(current.rstrip())
-            current = "    "
-        current += word + " "
-    return [*lines, current.rstrip() + '"""']
+def docstring(text: str, indent: str = "    ") -> list[str]:
+    """A docstring, whatever characters the text holds."""
+    safe = " ".join(text.split()).replace("\\", "\\\\").replace('"""', "'''")
+    return textwrap.wrap(f'"""{safe}"""', WIDTH - 4, initial_indent=indent, subsequent_indent=indent)

@@ -1,162 +1,122 @@
-"""A whole generated module: header, parameters, DH table, functions; written only when it changed and works."""
+"""The text of a whole generated module: header, imports, parameters, DH table, functions."""
 
-import importlib
-import importlib.util
-import os
-import sys
+import textwrap
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
-from types import ModuleType
 
 import sympy as sp
 
 from ..dh import DHRow
 from ..errors import BadInput
-from .emit import Emitter, Function, folded
+from .emit import WIDTH, Emitter, folded, signature
+from .function import RESERVED, Function
+from .javascript import javascript
 from .printer import BATCH, SCALAR, Printer
-
-GENERATED = Path(__file__).resolve().parent.parent / "generated"
 
 #: The first line of the note that every generated module carries; the tests find its notebook by it.
 MARK = "Written by notebooks/"
 
-
-def folder() -> Path:
-    """Where modules are written: `omx/generated`, or the folder that OMX_GENERATED names."""
-    return Path(os.environ.get("OMX_GENERATED") or GENERATED)
+Parameters = Mapping[sp.Symbol, object] | Sequence[sp.Symbol]
 
 
-def write(
+def source(
     name: str,
     functions: Iterable[Function],
     *,
     notebook: str,
     doc: str,
-    parameters: Mapping[sp.Symbol, object] | Sequence[sp.Symbol] = (),
+    parameters: Parameters = (),
     rows: Sequence[DHRow] = (),
     batch: bool = True,
-) -> ModuleType:
-    """Write `<name>.py` and return it as a freshly loaded module.
-
-    `parameters`: the symbols that every function takes after its inputs. A mapping gives their values too,
-    and the module then carries them as `PARAMETERS`. `rows`: a DH table to carry along as `dh_rows(...)`.
-    `notebook`: the name of the chapter that writes it, without folder and ending. `batch=False` leaves the
-    NumPy forms out. The text depends on nothing but these arguments.
-    """
-    text = source(name, functions, notebook=notebook, doc=doc, parameters=parameters, rows=rows, batch=batch)
-    path = folder() / f"{name}.py"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    if not path.exists() or path.read_text(encoding="utf-8") != text:
-        compile(text, str(path), "exec")
-        fresh = path.with_suffix(".py.new")
-        fresh.write_text(text, encoding="utf-8", newline="\n")
-        os.replace(fresh, path)
-    return _load(name, path)
-
-
-def source(name, functions, *, notebook, doc, parameters=(), rows=(), batch=True) -> str:
-    """The text of the module that `write` would write."""
-    functions, symbols = list(functions), list(parameters)
-    if not name.isidentifier():
-        raise BadInput(f"`name` must be a Python module name; got {name!r}.")
-    _no_clashes(functions, symbols)
-    emitters = [
-        Emitter(f, symbols, dialect) for f in functions for dialect in ((SCALAR, BATCH) if batch else (SCALAR,))
-    ]
+) -> str:
+    """The Python text that `write` writes, from the same arguments."""
+    functions, symbols, values = list(functions), list(parameters), parameter_values(parameters)
+    _check_names(name, functions)
+    dialects = (SCALAR, BATCH) if batch else (SCALAR,)
+    emitters = [Emitter(function, symbols, dialect) for function in functions for dialect in dialects]
     bodies = [emitter.source() for emitter in emitters]
-    constants = _parameters(parameters) if isinstance(parameters, Mapping) else ("", Printer(SCALAR))
-    table = _rows(rows, symbols) if rows else ("", Printer(SCALAR))
-    words = {word: module for e in emitters for word, module in e.dialect.imports.items() if word in e.printer.used}
-    for _, printer in (constants, table):
-        words |= {word: SCALAR.imports[word] for word in printer.used}
-    if rows:
-        words["DHRow"] = "omx.dh"
-    parts = [_header(notebook, doc, batch), _imports(words)]
-    if constants[0]:
-        parts.append(constants[0])
-    sections = [p for p in (table[0], *bodies) if p]
-    return "\n".join(part for part in parts if part) + "\n\n" + "\n\n".join(sections)
-
-
-def _no_clashes(functions: list[Function], symbols: list) -> None:
-    names = [f.name for f in functions]
-    for name in names:
-        if names.count(name) > 1:
-            raise BadInput(f"two functions are called `{name}`; give each its own name.")
-    for function in functions:
-        taken = {s.name for s in (*function.inputs, *symbols)}
-        for symbol, _ in function.steps:
-            if symbol.name in taken:
-                raise BadInput(f"`{function.name}`: the step `{symbol}` has the name of an input, parameter or step.")
-            taken.add(symbol.name)
-
-
-def _header(notebook: str, doc: str, batch: bool) -> str:
-    lines = [f'"""{doc.strip()}', "", f"{MARK}{notebook}.ipynb. Do not edit: change the chapter and run it."]
-    lines.append("Lengths are in mm, angles in rad.")
-    if batch:
-        lines[-1] += " `..._batch` is the same formula for columns (NumPy arrays of one shape)."
-    return "\n".join([*lines, '"""', ""])
-
-
-def _imports(words: Mapping[str, str]) -> str:
-    by_module: dict[str, list[str]] = {}
-    for word, module in words.items():
-        by_module.setdefault(module, []).append(word)
-    groups = []
-    for group in (("math",), ("numpy",), ("omx.arrays", "omx.dh")):
-        lines = [_import(module, by_module[module]) for module in group if module in by_module]
-        if lines:
-            groups.append("\n".join(lines))
-    return "\n\n".join(groups) + "\n" if groups else ""
-
-
-def _import(module: str, words: list[str]) -> str:
-    return "import numpy as np" if words == ["np"] else f"from {module} import {', '.join(sorted(words))}"
-
-
-def _parameters(values: Mapping) -> tuple[str, Printer]:
-    printer = Printer(SCALAR)
-    lines = ["#: The arm's lengths (mm) and angles (rad), in the order in which every function takes them.", "PARAMETERS = {"]
-    for symbol, value in values.items():
-        value = sp.sympify(value)
-        if value.free_symbols or not value.is_real:
-            raise BadInput(f"parameter `{symbol}` must have a real number as its value; got {value}.")
-        code = repr(float(value)) if value.is_Rational else printer.code(value)
-        note = "" if value.is_Rational else f"  # {float(value):.6f}"
-        lines.append(f'    "{symbol.name}": {code},{note}')
-    return "\n".join([*lines, "}"]) + "\n", printer
-
-
-def _rows(rows: Sequence[DHRow], symbols: list) -> tuple[str, Printer]:
     printer = Printer(SCALAR, symbols)
-    arguments = ", ".join(f"{s.name}: float" for s in symbols)
+    constants = [_parameters(values, printer)] if values else []
+    table = [_rows(rows, symbols, printer)] if rows else []
+    words = {word: SCALAR.imports[word] for word in printer.used} | ({"DHRow": "omx.dh"} if rows else {})
+    for emitter in emitters:
+        words |= {word: emitter.dialect.imports[word] for word in emitter.printer.used}
+    header = '"""' + "\n".join(_header(notebook, doc, batch)) + '\n"""\n'
+    return "\n".join([header, *_imports(words), *constants]) + "\n\n" + "\n\n".join([*table, *bodies])
+
+
+def script(functions: Iterable[Function], *, notebook: str, doc: str, parameters: Parameters = ()) -> str:
+    """The same functions as the text of a JavaScript module."""
+    header = "\n".join(_header(notebook, doc, batch=False))
+    return javascript(functions, header, list(parameters), parameter_values(parameters))
+
+
+def parameter_values(parameters: Parameters) -> dict[sp.Symbol, sp.Expr]:
+    """The value of each parameter, if values are given; `BadInput` unless every one is a real number."""
+    values = {}
+    for symbol, value in parameters.items() if isinstance(parameters, Mapping) else ():
+        values[symbol] = sp.sympify(value)
+        if not isinstance(values[symbol], sp.Expr) or values[symbol].free_symbols or not values[symbol].is_real:
+            raise BadInput(f"parameter `{symbol}` must have a real number as its value; got {value!r}.")
+    return values
+
+
+def _check_names(name: str, functions: list[Function]) -> None:
+    if not isinstance(name, str) or not name.isidentifier() or name in RESERVED:
+        raise BadInput(f"`name` must be a name for a Python module; got {name!r}.")
+    names = [function.name + suffix for function in functions for suffix in (SCALAR.suffix, BATCH.suffix)]
+    for twice in sorted({name for name in names if names.count(name) > 1}):
+        raise BadInput(f"two functions would be called `{twice}`; give each its own name.")
+
+
+def _header(notebook: str, doc: str, batch: bool) -> list[str]:
+    safe = " ".join(doc.split()).replace("\\", "\\\\").replace('"""', "'''")
+    units = "Lengths are in mm, angles in rad."
+    if batch:
+        units += " `..._batch` is the same formula for columns (NumPy arrays of one shape)."
+    note = f"{MARK}{notebook}.ipynb. Do not edit: change the chapter and run it."
+    return [*textwrap.wrap(safe, WIDTH - 3), "", note, units]
+
+
+def _imports(words: Mapping[str, str]) -> list[str]:
+    """One paragraph for each group of modules."""
+    paragraphs = []
+    for group in (("math",), ("numpy",), ("omx.arrays", "omx.dh")):
+        found = [(module, [word for word in sorted(words) if words[word] == module]) for module in group]
+        lines = [_import(module, names) for module, names in found if names]
+        if lines:
+            paragraphs.append("\n".join(lines) + "\n")
+    return paragraphs
+
+
+def _import(module: str, names: list[str]) -> str:
+    return "import numpy as np" if names == ["np"] else f"from {module} import {', '.join(names)}"
+
+
+def _parameters(values: Mapping[sp.Symbol, sp.Expr], printer: Printer) -> str:
+    lines = ["#: The arm's lengths (mm) and angles (rad), in the order in which every function takes them."]
+    lines.append("PARAMETERS = {")
+    for symbol, value in values.items():
+        comment = "" if value.is_Rational or value.is_Float else f"  # {float(value):.6f}"
+        lines.append(f'    "{symbol.name}": {_number(printer, value)},{comment}')
+    return "\n".join([*lines, "}"]) + "\n"
+
+
+def _rows(rows: Sequence[DHRow], symbols: list[sp.Symbol], printer: Printer) -> str:
     lines = [
-        f"def dh_rows({arguments}) -> tuple[DHRow, ...]:",
+        *signature("dh_rows", [[f"{symbol.name}: float" for symbol in symbols]], "tuple[DHRow, ...]"),
         '    """The DH table, a row a joint: theta or d holds the offset that the joint variable is added to."""',
         "    return (",
     ]
     for row in rows:
-        cells = [_number(printer, e) for e in (row.theta, row.d, row.a, row.alpha)]
-        kind = ", prismatic=True" if row.prismatic else ""
-        lines += [f"        {line}" for line in folded("", f"DHRow({', '.join(cells)}{kind}),")]
-    return "\n".join([*lines, "    )"]) + "\n", printer
+        cells = [_number(printer, entry) for entry in (row.theta, row.d, row.a, row.alpha)]
+        unknown = set().union(*(sp.sympify(e).free_symbols for e in row.at(0))) - set(symbols)
+        if unknown:
+            raise BadInput(f"the DH table uses {', '.join(sorted(map(str, unknown)))}: make each a parameter.")
+        code = f"DHRow({', '.join(cells)}{', prismatic=True' if row.prismatic else ''})"
+        lines += folded(" " * 8, code, ",")
+    return "\n".join([*lines, "    )"]) + "\n"
 
 
 def _number(printer: Printer, entry) -> str:
     entry = sp.sympify(entry)
-    return repr(float(entry)) if entry.is_Rational else printer.code(entry)
-
-
-def _load(name: str, path: Path) -> ModuleType:
-    """The module as it is on disk now; inside the package it also replaces the copy loaded earlier."""
-    if path.parent == GENERATED:
-        importlib.invalidate_caches()
-        qualified = f"omx.generated.{name}"
-        if qualified in sys.modules:
-            return importlib.reload(sys.modules[qualified])
-        return importlib.import_module(qualified)
-    spec = importlib.util.spec_from_file_location(name, path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return repr(float(entry)) if entry.is_Rational or entry.is_Float else printer.code(entry)

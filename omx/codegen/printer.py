@@ -1,4 +1,4 @@
-"""How one expression looks in each dialect: `math` for one configuration, NumPy for batches."""
+"""How one expression looks in each dialect: `math` for one configuration, NumPy for batches, JavaScript for pages."""
 
 import re
 from dataclasses import dataclass
@@ -8,51 +8,47 @@ from sympy.printing.precedence import PRECEDENCE
 from sympy.printing.pycode import PythonCodePrinter
 
 from ..errors import BadInput
+from ..symbolic import wrap
 
+#: What an expression may be made of, besides the functions of a dialect.
+PARTS = (sp.Symbol, sp.Rational, sp.Float, sp.Add, sp.Mul, sp.Pow, type(sp.pi))
 
-class wrap(sp.Function):
-    """An angle brought into [-pi, pi]; kept as it is in derivations, and printed as code by the dialects."""
-
-    nargs = 1
+ROOTS_AND_ARCS = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt")
 
 
 @dataclass(frozen=True)
 class Dialect:
-    """The words of one target: `functions` maps SymPy names to it, `pair` computes a sine and a cosine."""
+    """The words of one target: `functions` maps SymPy names to it, `pair` computes a sine and a cosine.
+
+    `imports` says which module each word comes from. A statement is `let name = code end`; several results
+    stand in `brackets`.
+    """
 
     suffix: str
     number: str
     functions: dict[str, str]
     imports: dict[str, str]
-    pair: str
+    pi: str = "pi"
+    pair: str = ""
+    let: str = ""
+    end: str = ""
+    brackets: str = "()"
 
 
 SCALAR = Dialect(
     suffix="",
     number="float",
-    functions={
-        **{name: name for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt")},
-        "Abs": "abs",
-        "Max": "max",
-        "Min": "min",
-        "wrap": "remainder({0}, tau)",
-    },
-    imports={"remainder": "math", "tau": "math", "pi": "math"}
-    | {name: "math" for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt")},
+    functions={name: name for name in ROOTS_AND_ARCS}
+    | {"Abs": "abs", "Max": "max", "Min": "min", wrap.__name__: "remainder({0}, tau)"},
+    imports=dict.fromkeys((*ROOTS_AND_ARCS, "remainder", "tau", "pi"), "math"),
     pair="sin({0}), cos({0})",
 )
 
 BATCH = Dialect(
     suffix="_batch",
     number="np.ndarray",
-    functions={
-        **{name: f"np.{name}" for name in ("sin", "cos", "tan", "sqrt")},
-        **{f"a{name}": f"np.arc{name}" for name in ("sin", "cos", "tan", "tan2")},
-        "Abs": "np.abs",
-        "Max": "np.maximum",
-        "Min": "np.minimum",
-        "wrap": "wrap({0})",
-    },
+    functions={name: f"np.{re.sub('^a', 'arc', name)}" for name in ROOTS_AND_ARCS}
+    | {"Abs": "np.abs", "Max": "np.maximum", "Min": "np.minimum", wrap.__name__: "wrap({0})"},
     imports={"wrap": "omx.arrays", "sincos": "omx.arrays", "pi": "math", "np": "numpy"},
     pair="sincos({0})",
 )
@@ -71,21 +67,21 @@ class Printer(PythonCodePrinter):
         self.used: set[str] = set()
 
     def code(self, expression) -> str:
-        return self.doprint(sp.sympify(expression))
+        """The expression as source text; `BadInput` names what cannot be written."""
+        expression = sp.sympify(expression)
+        for part in sp.preorder_traversal(expression):
+            if not isinstance(part, PARTS) and type(part).__name__ not in self.dialect.functions:
+                known = ", ".join(sorted(self.dialect.functions))
+                raise BadInput(f"cannot write `{part}` as code; the functions that can be written are {known}.")
+        return self.doprint(expression)
 
     def use(self, code: str) -> str:
         """`code`, with every importable word in it noted."""
         self.used |= set(re.findall(r"[a-z]\w*", code)) & self.dialect.imports.keys()
         return code
 
-    def _target(self, name: str) -> str:
-        if name not in self.dialect.functions:
-            known = ", ".join(sorted(self.dialect.functions))
-            raise BadInput(f"cannot write the function `{name}` as code; known are {known}.")
-        return self.dialect.functions[name]
-
     def _print_Function(self, expression):
-        target = self._target(type(expression).__name__)
+        target = self.dialect.functions[type(expression).__name__]
         printed = [self._print(a) for a in expression.args]
         return self.use(target.format(*printed) if "{0}" in target else f"{target}({', '.join(printed)})")
 
@@ -93,7 +89,8 @@ class Printer(PythonCodePrinter):
     _print_atan2 = _print_Abs = _print_Function
 
     def _print_Max(self, expression):
-        target = self.use(self._target(type(expression).__name__))
+        """Two at a time, since NumPy's take two; numbers first, as floats."""
+        target = self.use(self.dialect.functions[type(expression).__name__])
         ordered = sorted(expression.args, key=lambda a: (not a.is_number, sp.default_sort_key(a)))
         first, *rest = [repr(float(a)) if a.is_Integer else self._print(a) for a in ordered]
         for word in rest:
@@ -103,29 +100,30 @@ class Printer(PythonCodePrinter):
     _print_Min = _print_Max
 
     def _print_Pi(self, expression):
-        return self.use("pi")
+        return self.use(self.dialect.pi)
 
-    def _print_Integer(self, expression):
-        return str(expression.p)
+    def _print_Float(self, expression):
+        return repr(float(expression))  # SymPy would round it to 15 digits
 
     def _print_Pow(self, expression, rational=False):
         base, exponent = expression.as_base_exp()
         if exponent == sp.Rational(1, 2):
-            return self.use(f"{self._target('sqrt')}({self._print(base)})")
+            return self.use(f"{self.dialect.functions['sqrt']}({self._print(base)})")
         if exponent == 2 and base.is_Symbol:
             return f"{base.name}*{base.name}"
         if exponent.is_Rational and exponent < 0:
             return f"1/{self.parenthesize(base**-exponent, PRECEDENCE['Pow'])}"
-        return super()._print_Pow(expression, rational=rational)
+        return self._power(base, exponent)
+
+    def _power(self, base, exponent) -> str:
+        return "**".join(self.parenthesize(part, PRECEDENCE["Pow"]) for part in (base, exponent))
 
     def _print_Mul(self, expression):
         numerator, denominator = sp.fraction(expression)
         coefficient, factors = numerator.as_coeff_mul()
-        if not coefficient.is_Integer:
-            return super()._print_Mul(expression)
         words = self._factors(factors)
         if abs(coefficient) != 1 or not words:
-            words.insert(0, str(abs(coefficient)))
+            words.insert(0, self._print(abs(coefficient)))
         code = ("-" if coefficient < 0 else "") + "*".join(words)
         if denominator == 1:
             return code

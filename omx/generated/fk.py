@@ -35,7 +35,7 @@ def pose(
     q1: float, q2: float, q3: float, q4: float,
     L1: float, L2: float, L3: float, L4: float, delta: float,
 ) -> tuple[float, float, float, float]:
-    """Tool position x, y, z and pitch. 17 operations and 8 sines and cosines."""
+    """Tool position x, y, z and pitch. 19 operations and 8 sines and cosines."""
     s1, c1 = sin(q1), cos(q1)
     q23 = q2 + q3
     s23, c23 = sin(q23), cos(q23)
@@ -75,7 +75,7 @@ def transform(
     q1: float, q2: float, q3: float, q4: float,
     L1: float, L2: float, L3: float, L4: float, delta: float,
 ) -> tuple:
-    """T_base_tool, as rows of the 4x4 matrix. 22 operations and 8 sines and cosines."""
+    """T_base_tool, as rows of the 4x4 matrix. 26 operations and 8 sines and cosines."""
     s1, c1 = sin(q1), cos(q1)
     q23 = q2 + q3
     s23, c23 = sin(q23), cos(q23)
@@ -96,7 +96,7 @@ def transform_batch(
     q1: np.ndarray, q2: np.ndarray, q3: np.ndarray, q4: np.ndarray,
     L1: float, L2: float, L3: float, L4: float, delta: float,
 ) -> tuple:
-    """T_base_tool, as rows of the 4x4 matrix. Columns in, columns out."""
+    """T_base_tool, as rows of the 4x4 matrix. Columns in, columns out; constants are plain numbers."""
     s1, c1 = sincos(q1)
     q23 = q2 + q3
     s23, c23 = sincos(q23)
@@ -117,7 +117,7 @@ def frames(
     q1: float, q2: float, q3: float, q4: float,
     L1: float, L2: float, L3: float, L4: float, delta: float,
 ) -> tuple:
-    """T_0_1 .. T_0_4, each as rows of a 4x4 matrix. 62 operations and 8 sines and cosines."""
+    """T_0_1 .. T_0_4, each as rows of a 4x4 matrix. 66 operations and 8 sines and cosines."""
     s1, c1 = sin(q1), cos(q1)
     q23 = q2 + q3
     s23, c23 = sin(q23), cos(q23)
@@ -156,7 +156,8 @@ def frames_batch(
     q1: np.ndarray, q2: np.ndarray, q3: np.ndarray, q4: np.ndarray,
     L1: float, L2: float, L3: float, L4: float, delta: float,
 ) -> tuple:
-    """T_0_1 .. T_0_4, each as rows of a 4x4 matrix. Columns in, columns out."""
+    """T_0_1 .. T_0_4, each as rows of a 4x4 matrix. Columns in, columns out; constants are plain
+    numbers."""
     s1, c1 = sincos(q1)
     q23 = q2 + q3
     s23, c23 = sincos(q23)

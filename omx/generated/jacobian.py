@@ -15,7 +15,7 @@ def jacobian(
     q1: float, q2: float, q3: float, q4: float,
     L1: float, L2: float, L3: float, L4: float, delta: float,
 ) -> tuple:
-    """Geometric Jacobian, 6x4. 31 operations and 8 sines and cosines."""
+    """Geometric Jacobian, 6x4. 35 operations and 8 sines and cosines."""
     s1, c1 = sin(q1), cos(q1)
     q23 = q2 + q3
     s23, c23 = sin(q23), cos(q23)
@@ -41,7 +41,7 @@ def jacobian_batch(
     q1: np.ndarray, q2: np.ndarray, q3: np.ndarray, q4: np.ndarray,
     L1: float, L2: float, L3: float, L4: float, delta: float,
 ) -> tuple:
-    """Geometric Jacobian, 6x4. Columns in, columns out."""
+    """Geometric Jacobian, 6x4. Columns in, columns out; constants are plain numbers."""
     s1, c1 = sincos(q1)
     q23 = q2 + q3
     s23, c23 = sincos(q23)

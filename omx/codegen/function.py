@@ -1,0 +1,168 @@
+"""`Function`: what a notebook hands over, and the names it will have in code, checked before anything is written."""
+
+import keyword
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import sympy as sp
+
+from ..errors import BadInput
+from .printer import BATCH, SCALAR
+
+#: Names that the written modules use themselves, in Python or in JavaScript.
+RESERVED = {
+    *keyword.kwlist, *SCALAR.imports, *BATCH.imports, "abs", "max", "min", "float", "tuple", "DHRow", "PARAMETERS",
+    "dh_rows", "Math", "_", "const", "let", "var", "new", "this", "function", "export", "delete", "switch",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Function:
+    """What a notebook derived, ready to be written.
+
+    `outputs` maps each result's name to an expression, a matrix, or a (nested) sequence of expressions. `steps`
+    are (symbol, expression) pairs, computed in their order before the results; an expression may use the
+    `inputs`, the module's parameters and the steps before it. Steps that no result needs are left out.
+    """
+
+    name: str
+    doc: str
+    inputs: Sequence[sp.Symbol]
+    outputs: Mapping[str, Any]
+    steps: Sequence[tuple[sp.Symbol, sp.Expr]] = field(default=())
+
+    def results(self) -> list[sp.Expr]:
+        """Every expression of the outputs, in their order."""
+        return [expression for value in self.outputs.values() for expression in leaves(value)]
+
+    def needed_steps(self) -> list[tuple[sp.Symbol, sp.Expr]]:
+        """The steps that a result needs, directly or through another step."""
+        wanted = set().union(*(result.free_symbols for result in self.results()))
+        kept = []
+        for symbol, expression in reversed(self.steps):
+            if symbol in wanted:
+                kept.append((symbol, sp.sympify(expression)))
+                wanted |= kept[-1][1].free_symbols
+        return kept[::-1]
+
+    def sines_and_cosines(self) -> set[sp.Expr]:
+        """Every sine and cosine in what is written."""
+        body = [expression for _, expression in self.needed_steps()] + self.results()
+        return set().union(*(expression.atoms(sp.sin, sp.cos) for expression in body))
+
+    def angles(self) -> list[sp.Expr]:
+        """What the sines and cosines are taken of: c1 s1 before c23 s23 before c234 s234."""
+        found = {trig.args[0] for trig in self.sines_and_cosines()}
+        return sorted(found, key=lambda angle: (len(angle.free_symbols), label(angle)))
+
+    def check(self, parameters: Sequence[sp.Symbol]) -> None:
+        """`BadInput` for the first name that is unknown, taken, or no name in code."""
+        given = [*self.inputs, *parameters]
+        if not self.outputs:
+            raise BadInput(f"`{self.name}` has no outputs.")
+        _check_name(self.name, f"the function `{self.name}`")
+        taken = self._taken_names(given, [symbol for symbol, _ in self.steps])
+        self._check_outputs(taken)
+        self._check_angles(taken | set(self.outputs), set(given))
+        known = set(given)
+        for symbol, expression in self.steps:
+            self._check_known(sp.sympify(expression), known, f"step `{symbol}`")
+            known.add(symbol)
+        for name, value in self.outputs.items():
+            for expression in leaves(value):
+                self._check_known(expression, known, f"output `{name}`")
+
+    def _taken_names(self, given, steps) -> set[str]:
+        taken = set()
+        for symbol in (*given, *steps):
+            if not isinstance(symbol, sp.Symbol):
+                raise BadInput(f"`{self.name}`: inputs, parameters and steps must be SymPy symbols; got {symbol!r}.")
+            _check_name(symbol.name, f"`{self.name}`: the symbol `{symbol}`")
+            if symbol.name in taken:
+                raise BadInput(f"`{self.name}`: two inputs, parameters or steps are called `{symbol}`.")
+            taken.add(symbol.name)
+        return taken
+
+    def _check_outputs(self, taken: set[str]) -> None:
+        for name, value in self.outputs.items():
+            _check_name(name, f"`{self.name}`: the output `{name}`")
+            itself = isinstance(value, sp.Symbol) and value.name == name
+            if name in taken and not itself and len(self.outputs) > 1:
+                raise BadInput(f"`{self.name}`: the output `{name}` has the name of an input, parameter or step.")
+
+    def _check_angles(self, taken: set[str], given: set) -> None:
+        for angle in self.angles():
+            if not angle.free_symbols <= given:
+                raise BadInput(
+                    f"`{self.name}`: sin or cos of `{angle}`, which is computed in a step; "
+                    f"make it an input, or write the sine and cosine as steps."
+                )
+            for name, part in self._own_names(angle).items():
+                if name in taken:
+                    raise BadInput(f"`{self.name}`: {part} is written as `{name}`, but that name is taken; change it.")
+                taken.add(name)
+
+    def _own_names(self, angle) -> dict[str, sp.Expr]:
+        """The names that the generator gives to an angle, its sine and its cosine, and what they stand for."""
+        trig = {f"s{label(angle)}": sp.sin(angle), f"c{label(angle)}": sp.cos(angle)}
+        used = {name: part for name, part in trig.items() if part in self.sines_and_cosines()}
+        return used | ({sum_name(angle): angle} if angle.is_Add else {})
+
+    def _check_known(self, expression, known: set, where: str) -> None:
+        unknown = sorted(symbol.name for symbol in expression.free_symbols - known)
+        if unknown:
+            names = ", ".join(sorted(symbol.name for symbol in known))
+            raise BadInput(
+                f"`{self.name}`, {where}: unknown symbol `{unknown[0]}`. Known here: {names}. Make it an input, "
+                f"a parameter with a value, or a step. (SymPy symbols with other assumptions are other symbols.)"
+            )
+
+
+def tree(value):
+    """An output as nested tuples of expressions: a matrix is a tuple of rows."""
+    if isinstance(value, sp.MatrixBase):
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
+        return tuple(tree(item) for item in value)
+    return sp.sympify(value)
+
+
+def leaves(value) -> list[sp.Expr]:
+    """The expressions in an output, row by row."""
+    value = tree(value)
+    return [leaf for item in value for leaf in leaves(item)] if isinstance(value, tuple) else [value]
+
+
+def label(angle) -> str:
+    """The short name of an angle: q2 + q3 -> "23", q2 + delta -> "2_delta", pitch -> "_pitch"."""
+    joints, others = [], []
+    for term in sp.Add.make_args(angle):
+        sign, term = ("m", -term) if term.could_extract_minus_sign() else ("", term)
+        joint = re.fullmatch(r"q(\d+)", term.name) if term.is_Symbol else None
+        if joint:
+            joints.append((int(joint[1]), sign))
+        else:
+            others.append(sign + _word(term))
+    separator = "_" if any(number > 9 for number, _ in joints) else ""
+    numbers = [f"{sign}{number}" for number, sign in sorted(joints)]
+    return separator + separator.join(numbers) + "".join(f"_{name}" for name in sorted(others))
+
+
+def _word(term) -> str:
+    """A term as part of a name: pi/6 -> "pi_6", 0.3 -> "0p3", 2*q1 -> "2q1"."""
+    text = f"{float(term):g}" if term.is_Float else str(term)
+    return re.sub(r"\W+", "", text.replace("/", "_").replace(".", "p"))
+
+
+def sum_name(angle) -> str:
+    """The name of the variable that holds a sum of angles: q23, q2_delta, angle_pitch_m_tilt."""
+    name = label(angle)
+    return f"q{name}" if name[0].isdigit() else f"angle{name}"
+
+
+def _check_name(name, what: str) -> None:
+    if not isinstance(name, str) or not name.isidentifier() or name in RESERVED:
+        reason = "is used by the generated code" if name in RESERVED else "is no name in code"
+        raise BadInput(f"{what}: `{name}` {reason}; choose another.")

@@ -1,0 +1,51 @@
+"""Errors: one family, each with its data, each message with what to do next."""
+
+import inspect
+from math import pi, radians
+
+import pytest
+
+import omx
+from omx import errors
+
+FAMILY = [c for _, c in inspect.getmembers(errors, inspect.isclass) if issubclass(c, Exception)]
+
+
+@pytest.mark.parametrize("error", FAMILY)
+def test_one_except_catches_them_all(error):
+    assert issubclass(error, omx.OmxError)
+    assert error.__doc__
+
+
+def test_a_callers_mistake_is_also_a_value_error():
+    assert issubclass(omx.BadInput, ValueError)
+    assert not issubclass(omx.Unreachable, ValueError)
+
+
+def test_a_violation_reads_as_a_sentence():
+    above = omx.Violation("q2", radians(95), radians(90))
+    assert str(above) == "q2 = 95.00 deg is 5.00 deg above its limit 90.00 deg"
+    assert above.excess == pytest.approx(radians(5))
+    below = omx.Violation("d3", -4.0, 0.0, prismatic=True)
+    assert str(below) == "d3 = -4.00 mm is 4.00 mm below its limit 0.00 mm"
+
+
+def test_no_excess_is_too_small_to_be_read():
+    assert "is 1.1e-07 deg above" in str(omx.Violation("q2", 1.5 + 2e-9, 1.5))
+    assert "1.0e-09 mm are missing" in str(omx.Unreachable((0, 0, 0, 0), 1e-9, (0, 0, 0, 0)))
+
+
+def test_unreachable_tells_how_far_and_where_to_go_instead():
+    error = omx.Unreachable((600.0, 0.0, 204.0, pi / 2), 236.7191, omx.Pose(371.0, 0.0, 143.0, pi / 2))
+    assert (error.pose[0], error.missing, error.nearest.x) == (600.0, 236.7191, 371.0)
+    text = "(600.00, 0.00, 204.00) mm at pitch 90.00 deg is out of reach: 236.719 mm are missing. "
+    assert str(error) == text + "The nearest reachable pose with this pitch is (371.00, 0.00, 143.00) mm."
+
+
+def test_joint_limit_names_each_joint_and_the_nearest_legal_value():
+    violations = [omx.Violation("q2", 2.0, 1.5), omx.Violation("d3", -1.0, 0.0, prismatic=True)]
+    error = omx.JointLimit(violations, [0.0, 1.5, 0.0], "at the back")
+    assert error.violations == tuple(violations)
+    assert error.nearest == (0.0, 1.5, 0.0)
+    assert str(error).startswith("at the back: q2 = 114.59 deg is 28.65 deg above its limit 85.94 deg; d3 = -1.00 mm")
+    assert str(error).endswith("The nearest legal value: q2 = 85.94 deg, d3 = 0.00 mm.")
