@@ -175,12 +175,12 @@ def ik_batch(poses, geometry: Geometry = COURSE, limits=LIMITS) -> tuple[np.ndar
     if poses.ndim != 2:
         raise BadInput(f"`poses` must have shape (N, 4); got {poses.shape}. For one pose use `ik`.")
     limits = _checked(limits)
-    q = np.empty((len(poses), 4, 4))
-    reachable = np.empty((len(poses), 4), dtype=bool)
-    legal = np.empty((len(poses), 4), dtype=bool)
+    q = np.empty((4, 4, len(poses)))  # columns, each written in one run
+    reachable = np.empty((4, len(poses)), dtype=bool)
+    legal = np.empty((4, len(poses)), dtype=bool)
     for rows, columns in in_blocks(poses):
-        _ik_block(columns, geometry, limits, q[rows], reachable[rows], legal[rows])
-    return q, reachable, legal
+        _ik_block(columns, geometry, limits, q[..., rows], reachable[:, rows], legal[:, rows])
+    return q.transpose(2, 0, 1), reachable.T, legal.T
 
 
 def _plain(x, y, z, pitch):
@@ -252,21 +252,21 @@ def _matrices(function, q: np.ndarray, geometry: Geometry, shape: tuple[int, int
 
 
 def _ik_block(columns, geometry, limits, q, reachable, legal) -> None:
-    """Fill q (n, 4, 4), reachable and legal (n, 4) for one block of poses, (4, n)."""
+    """Fill q (4, 4, n), reachable and legal (4, n) for one block of poses, (4, n)."""
     x, y, z, pitch = columns
-    poses = x + 0.0, y + 0.0, z, np.fmod(pitch, tau)  # as in `_plain`
+    if np.abs(pitch).max() > tau:
+        pitch = np.fmod(pitch, tau)
     with np.errstate(over="ignore"):  # poses so far away that their squares overflow are out of reach
-        *angles, D_front, D_back = _ik.branches_batch(*poses, *geometry.values)
+        *angles, D_front, D_back = _ik.branches_batch(x + 0.0, y + 0.0, z, pitch, *geometry.values)  # as in `_plain`
     within = {front: np.abs(D) <= 1.0 + REACH_SLACK for front, D in ((True, D_front), (False, D_back))}
     blank = {front: np.where(reached, 0.0, np.nan) for front, reached in within.items()}
     for b, ((front, _), joints) in enumerate(zip(BRANCHES, angles, strict=True)):
-        inside = within[front].copy()
-        for j, (angle, (low, high)) in enumerate(zip(joints, limits, strict=True)):
-            inside &= angle >= low - LIMIT_SLACK
-            inside &= angle <= high + LIMIT_SLACK
-            np.add(angle, blank[front], out=q[:, b, j])  # NaN where out of reach
-        reachable[:, b], legal[:, b] = within[front], inside
-    q[q == -pi] = pi
+        joints[0][joints[0] == -pi] = pi  # the arc tangent's range is closed at both ends
+        reachable[b] = legal[b] = within[front]
+        for column, angle, (low, high) in zip(q[b], joints, limits, strict=True):
+            np.add(angle, blank[front], out=column)  # NaN where out of reach
+            legal[b] &= angle >= low - LIMIT_SLACK
+            legal[b] &= angle <= high + LIMIT_SLACK
 
 
 def _checked(limits):

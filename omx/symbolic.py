@@ -130,10 +130,11 @@ def show(name: str, *forms) -> sp.Eq:
     return equation
 
 
-def numbers(expression, values: dict, digits: int = 3):
+def numbers(expression, values: dict, digits: int = 3, unit: str = ""):
     """`expression` with `values` put in, rounded to `digits` decimals: to be shown beside the formula.
 
-    Whole numbers come out as integers, so that a matrix of zeros and ones is easy to read.
+    Whole numbers come out as integers, so that a matrix of zeros and ones is easy to read. `unit` is written behind
+    one number; it converts nothing.
     """
     if isinstance(expression, sp.MatrixBase):
         return expression.applyfunc(lambda entry: numbers(entry, values, digits))
@@ -142,4 +143,5 @@ def numbers(expression, values: dict, digits: int = 3):
         missing = ", ".join(sorted(symbol.name for symbol in number.free_symbols))
         raise BadInput(f"`values` must hold a number for every symbol; it lacks {missing}.")
     value = round(float(number), digits)
-    return sp.Integer(int(value)) if value.is_integer() else sp.Float(value, 15)
+    value = sp.Integer(int(value)) if value.is_integer() else sp.Float(value, 15)
+    return sp.Mul(value, sp.Symbol(unit), evaluate=False) if unit else value

@@ -12,13 +12,14 @@ from hypothesis import strategies as st
 from omx import errors
 from omx.dynamixel import packet as pk
 from omx.dynamixel import registers as reg
-from omx.dynamixel.bus import Bus, Port
+from omx.dynamixel.bus import Bus
 from omx.dynamixel.clock import SteppedClock
 from omx.dynamixel.packet import Instruction as Do
 from omx.dynamixel.registers import ARM_IDS, JOINT_IDS
+from omx.dynamixel.sdk import Port
 from omx.virtual import VirtualArm, VirtualPort
 
-from .rigs import rig, stiffen
+from .rigs import PTY_BAUD, rig, stiffen
 
 
 @pytest.fixture
@@ -68,6 +69,7 @@ def test_prepared_writes_take_effect_together(bus_arm_clock):
     assert bus.read_all((11, 12), "goal_position") == {11: 2111, 12: 2111}
 
 
+@settings(deadline=None)
 @given(st.integers(-1_048_575, 1_048_575))
 def test_every_goal_survives_the_wire_stuffed_or_not(goal):
     with rig(settings={11: {"operating_mode": 4}}) as (bus, _, _):
@@ -82,7 +84,7 @@ def test_byte_stuffing_when_sending_which_the_sdk_loses(goal):
         assert bus.read(11, "goal_position") == goal
 
 
-@settings(max_examples=200)
+@settings(max_examples=200, deadline=None)
 @given(st.lists(st.sampled_from([0xFF, 0xFD, 0x00, 1]), min_size=28, max_size=28).map(bytes))
 def test_received_stuffing_comes_off_whatever_the_bytes(data):
     # The SDK's own removal goes wrong after the first stuffed byte: an FF FD FD later on loses a byte.
@@ -259,11 +261,11 @@ def test_a_real_port_has_one_opener():
     master, slave = os.openpty()
     name = os.ttyname(slave)
     try:
-        first = Bus(name)
+        first = Bus(name, baud=PTY_BAUD)
         with pytest.raises(errors.PortBusy, match="Close"):
-            Bus(name)
+            Bus(name, baud=PTY_BAUD)
         first.close()
-        Bus(name).close()
+        Bus(name, baud=PTY_BAUD).close()
     finally:
         os.close(master)
         os.close(slave)
@@ -273,7 +275,7 @@ def test_a_real_port_has_one_opener():
 def test_waiting_for_silence_sleeps():
     master, slave = os.openpty()
     try:
-        with Bus(os.ttyname(slave)) as bus:
+        with Bus(os.ttyname(slave), baud=PTY_BAUD) as bus:
             began, cpu = time.perf_counter(), time.process_time()
             assert not bus.scan(range(20, 30))
             assert time.process_time() - cpu < 0.25 * (time.perf_counter() - began)

@@ -18,7 +18,7 @@ from omx.virtual.process import Served
 
 CLIENTS = Path(__file__).parent / "clients"
 PINS = Path(__file__).resolve().parents[1] / "environment.txt"
-PTY = hasattr(os, "openpty")
+PTY = sys.platform.startswith("linux")  # on macOS pseudo-terminals do not take the servos' rate
 
 
 def pin(package):

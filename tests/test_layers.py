@@ -21,7 +21,8 @@ ROWS = {
     },
     1: {
         **dict.fromkeys(("kinematics", "differential", "workspace", "trajectory", "accuracy", "safety"), ()),
-        "dynamixel.bus": {"dynamixel_sdk"},
+        "dynamixel.bus": (),
+        "dynamixel.sdk": {"dynamixel_sdk"},
         "dynamixel.serial_line": {"serial"},
     },
     2: {**dict.fromkeys(("doctor", "log"), ()), **dict.fromkeys(("robot", "virtual"), ("serial",))},

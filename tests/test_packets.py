@@ -1,7 +1,7 @@
 """Packets as bytes, against the examples printed in the maker's e-manual, and taken apart again."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omx.dynamixel import packet as pk
@@ -92,18 +92,21 @@ def test_checksum_of_two_halves_is_the_checksum_of_the_whole():
     assert pk.crc16(data[100:], pk.crc16(data[:100])) == pk.crc16(data)
 
 
+@settings(deadline=None)
 @given(awkward)
 def test_stuffing_hides_every_header_and_comes_off_again(body):
     assert pk.HEADER not in pk.stuff(body) + b"\xfd"
     assert pk.unstuff(pk.stuff(body)) == body
 
 
+@settings(deadline=None)
 @given(st.integers(0, 252), awkward, awkward, awkward)
 def test_packets_are_found_among_rubbish(servo, params, before, after):
     packets = pk.Reader().feed(before + pk.build(servo, Do.WRITE, params) + after + pk.HEADER)
     assert pk.Packet(servo, Do.WRITE, params) in packets
 
 
+@settings(deadline=None)
 @given(st.lists(awkward, min_size=1, max_size=4), st.lists(st.integers(1, 12), min_size=1, max_size=20))
 def test_how_a_stream_is_cut_does_not_matter(bodies, cuts):
     stream = b"".join(pk.build_status(11, 0, body) for body in bodies)
@@ -116,6 +119,7 @@ def test_how_a_stream_is_cut_does_not_matter(bodies, cuts):
     assert not reader.waiting
 
 
+@settings(deadline=None)
 @given(awkward, st.data())
 def test_one_flipped_bit_never_gives_a_wrong_packet(params, data):
     frame = bytearray(pk.build_status(12, 0, params))
@@ -124,6 +128,7 @@ def test_one_flipped_bit_never_gives_a_wrong_packet(params, data):
     assert not any(p.intact for p in pk.Reader().feed(bytes(frame)))
 
 
+@settings(deadline=None)
 @given(st.binary(max_size=300))
 def test_rubbish_is_survived(rubbish):
     reader = pk.Reader()

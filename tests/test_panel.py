@@ -137,6 +137,17 @@ def test_latest_passes_the_newest_on_and_never_loses_the_last():
     assert heard == sorted(heard)
 
 
+def test_latest_lets_urgent_messages_go_first():
+    async def one():
+        heard = []
+        Latest(heard.append, 0.01, eager=False)(1)
+        before = list(heard)
+        await asyncio.sleep(0.05)
+        return before, heard
+
+    assert asyncio.run(one()) == ([], [1])
+
+
 def test_latest_without_an_event_loop_passes_everything_on():
     heard = []
     latest = Latest(heard.append, 10.0)

@@ -1,7 +1,7 @@
 """The control table: consistent with itself, and strict with its callers."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omx.dynamixel import registers as reg
@@ -46,6 +46,7 @@ def test_no_register_straddles_the_eeprom_boundary():
     assert all(row.end <= reg.RAM for row in ROWS if row.eeprom)
 
 
+@settings(deadline=None)
 @given(st.sampled_from(ROWS), st.data())
 def test_encode_then_decode_is_identity(row, data):
     value = data.draw(st.integers(row.low, row.high))
@@ -54,9 +55,7 @@ def test_encode_then_decode_is_identity(row, data):
     assert row.decode(raw) == value
 
 
-@pytest.mark.parametrize(
-    ("value", "word"), [(3.5, "whole"), ("5", "whole"), (None, "whole"), (2_000_000, "nearest")]
-)
+@pytest.mark.parametrize(("value", "word"), [(3.5, "whole"), ("5", "whole"), (None, "whole"), (2_000_000, "nearest")])
 def test_a_wrong_value_is_refused_with_a_reason(value, word):
     with pytest.raises(BadInput, match=word):
         reg.register("goal_position").encode(value)
@@ -70,9 +69,7 @@ def test_a_wrong_name_is_refused_with_the_closest_names():
 def test_what_one_look_at_a_servo_reads():
     assert (reg.PRESENT.address, reg.PRESENT.size) == (126, 10)
     raw = (
-        (-3).to_bytes(2, "little", signed=True)
-        + (-7).to_bytes(4, "little", signed=True)
-        + (2048).to_bytes(4, "little")
+        (-3).to_bytes(2, "little", signed=True) + (-7).to_bytes(4, "little", signed=True) + (2048).to_bytes(4, "little")
     )
     assert reg.PRESENT.decode(raw) == (-3, -7, 2048)
 

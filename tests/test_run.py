@@ -188,17 +188,31 @@ def test_a_package_that_lost_files_is_noticed_and_all_is_built_anew(clone):
     assert not (clone.root / ".venv" / "mine").exists()
 
 
-@pytest.mark.parametrize("debris", ["file", "empty folder", "no interpreter"])
+@pytest.mark.parametrize("debris", ["file", "broken link", "empty folder", "no interpreter"])
 def test_debris_is_replaced(clone, debris):
     venv = clone.root / ".venv"
     if debris == "file":
         venv.write_text("")
+    elif debris == "broken link":
+        venv.symlink_to("nowhere", target_is_directory=True)
     else:
         (venv / "bin").mkdir(parents=True)
     if debris == "no interpreter":
         (venv / "bin" / "python").symlink_to("gone")
         (venv / "pyvenv.cfg").write_text("home = nowhere\n")
     assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest"
+
+
+def test_a_link_to_another_disk_stays(clone, tmp_path):
+    venv = clone.root / ".venv"
+    (tmp_path / "big disk" / "old").mkdir(parents=True)
+    venv.symlink_to(tmp_path / "big disk", target_is_directory=True)
+    assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest"
+    assert venv.is_symlink()
+    assert not (tmp_path / "big disk" / "old").exists()
+    where = [clone.python, "-c", "import omx; print(omx.WHERE)"]
+    done = subprocess.run(where, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert Path(done.stdout.strip()).samefile(clone.root / "omx" / "__init__.py")
 
 
 def stopped_by(clone, stop):

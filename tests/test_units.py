@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omx.dynamixel import registers as reg
@@ -14,6 +14,7 @@ from omx.errors import BadInput
 ROWS = list(reg.REGISTERS.values())
 
 
+@settings(deadline=None)
 @given(st.sampled_from(ROWS), st.data())
 def test_raw_to_unit_to_raw_is_exact(row, data):
     raw = data.draw(st.integers(row.low, row.high))
@@ -21,12 +22,14 @@ def test_raw_to_unit_to_raw_is_exact(row, data):
     assert unit.raw(unit.value(raw)) == raw
 
 
+@settings(deadline=None)
 @given(st.sampled_from(list(units.UNITS.values())), st.floats(-1e6, 1e6))
 def test_unit_to_raw_rounds_to_the_nearest(unit, raw):
     value = unit.value(raw)
     assert abs(unit.raw(value) - raw) <= 0.5 + 1e-6
 
 
+@settings(deadline=None)
 @given(st.lists(st.floats(-40, 40), min_size=1, max_size=5))
 def test_arrays_convert_like_their_elements(angles):
     together = units.POSITION.raw(np.array(angles))

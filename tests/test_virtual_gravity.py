@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import omx
@@ -32,6 +32,7 @@ def energy(q2, q3, q4):
     return sum(9.81 * m * h / 1000 for m, h in zip(masses, heights, strict=True))
 
 
+@settings(deadline=None)
 @given(angles)
 def test_torque_is_minus_the_gradient_of_the_energy(q):
     step = 1e-6
@@ -48,6 +49,7 @@ def test_a_stretched_arm_pulls_down_with_about_half_a_newton_metre():
     assert shoulder > elbow > wrist > 0
 
 
+@settings(deadline=None)
 @given(angles)
 def test_lowest_is_the_lowest_frame(q):
     frames = omx.frames((0.0, *q), geometry=omx.MAKER)

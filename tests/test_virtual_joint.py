@@ -3,7 +3,7 @@
 from math import radians
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omx.virtual import joint as jt
@@ -21,6 +21,7 @@ def run(joint, drive, load, seconds):
     joint.settle(drive, load, DT)
 
 
+@settings(deadline=None)
 @given(st.floats(-1, 1), loads)
 def test_it_comes_to_rest_within_sag_and_friction_of_its_target(target, load):
     joint = Joint(0.0)
@@ -29,6 +30,7 @@ def test_it_comes_to_rest_within_sag_and_friction_of_its_target(target, load):
     assert abs(joint.angle - (target + load / jt.STIFFNESS)) <= HOLDS / jt.STIFFNESS + 1e-9
 
 
+@settings(deadline=None)
 @given(loads)
 def test_at_rest_the_motor_holds_the_load_but_for_friction(load):
     joint = Joint(0.0)
@@ -45,6 +47,7 @@ def test_full_voltage_turns_it_at_the_no_load_speed_and_stalls_it_at_the_stall_t
     assert joint.current == pytest.approx(jt.STALL_CURRENT)
 
 
+@settings(deadline=None)
 @given(st.floats(1, 5000), st.floats(-1, 1))
 def test_no_stiffness_makes_it_overshoot(stiffness, target):
     joint = Joint(0.0, friction=0.0)
@@ -55,6 +58,7 @@ def test_no_stiffness_makes_it_overshoot(stiffness, target):
         assert (target - joint.angle) * side >= -1e-9
 
 
+@settings(deadline=None)
 @given(st.floats(-2, 2), st.floats(0.01, 0.5))
 def test_a_stop_stops_it_and_the_motor_pushes(target, stop):
     joint = Joint(0.0, -stop, stop)
@@ -66,6 +70,7 @@ def test_a_stop_stops_it_and_the_motor_pushes(target, stop):
         assert abs(joint.effort) == pytest.approx(pushing, rel=1e-6)
 
 
+@settings(deadline=None)
 @given(st.floats(-4, 4), st.floats(-1, 1))
 def test_velocity_control_keeps_its_speed_under_load(speed, load):
     joint = Joint(0.0)

@@ -1,7 +1,7 @@
 """The servo's set-point: continuous, on time, within its limits, and arriving where it should."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omx.virtual import profile
@@ -33,6 +33,7 @@ def close(a, b, scale):
     return abs(a - b) <= 1e-6 * max(1.0, scale)
 
 
+@settings(deadline=None)
 @given(ticks, speeds, ticks, cruises, accelerations)
 def test_by_speed_starts_as_it_was_ends_at_the_goal_and_never_jumps(position, speed, goal, cruise, acceleration):
     trajectory = profile.by_speed(1.0, position, speed, goal, cruise, acceleration)
@@ -41,11 +42,12 @@ def test_by_speed_starts_as_it_was_ends_at_the_goal_and_never_jumps(position, sp
         assert close(p, position, 4000)
         assert close(v, speed, 3000)
     for (p0, v0), (p1, v1) in joints(trajectory):
-        assert abs(p0 - p1) < 0.02
-        assert abs(v0 - v1) < 0.02
+        assert abs(p0 - p1) <= 3000 * 2e-9 + 1e-6
+        assert abs(v0 - v1) <= acceleration * 2e-9 + 1e-6
     assert trajectory.at(trajectory.end) == (goal, 0.0)
 
 
+@settings(deadline=None)
 @given(ticks, ticks, cruises, accelerations)
 def test_by_speed_keeps_to_its_speed_and_acceleration(position, goal, cruise, acceleration):
     trajectory = profile.by_speed(0.0, position, 0.0, goal, cruise, acceleration)
@@ -53,6 +55,7 @@ def test_by_speed_keeps_to_its_speed_and_acceleration(position, goal, cruise, ac
     assert all(abs(piece.acceleration) <= acceleration * (1 + 1e-9) for piece in trajectory.pieces)
 
 
+@settings(deadline=None)
 @given(ticks, speeds, ticks, milliseconds(20, 20000), milliseconds(0, 10000))
 def test_by_time_arrives_on_time_whatever_the_speed_was(position, speed, goal, total, ramp):
     trajectory = profile.by_time(5.0, position, speed, goal, total, ramp)
@@ -61,7 +64,7 @@ def test_by_time_arrives_on_time_whatever_the_speed_was(position, speed, goal, t
     assert p == pytest.approx(goal, abs=0.05)
     if ramp > 0.01:
         assert trajectory.at(5.0) == pytest.approx((position, speed), abs=1e-6)
-        assert v == pytest.approx(0.0, abs=0.05)
+        assert abs(v) <= abs(trajectory.pieces[-1].acceleration) * 2e-9 + 1e-6  # 1 ns before the end
 
 
 def test_the_manuals_times_for_a_trapezoid():
@@ -96,6 +99,7 @@ def test_shapes_have_the_manuals_names(trajectory, shape):
     assert trajectory.shape == shape
 
 
+@settings(deadline=None)
 @given(speeds, speeds, accelerations)
 def test_velocity_mode_ramps_and_then_stays(speed, wanted, acceleration):
     trajectory = profile.to_speed(0.0, speed, wanted, acceleration)

@@ -11,10 +11,13 @@ from pathlib import Path
 import pytest
 
 from omx import errors
-from omx.dynamixel.bus import Bus, Port
+from omx.dynamixel.bus import Bus
 from omx.dynamixel.registers import ARM_IDS, JOINT_IDS
+from omx.dynamixel.sdk import Port
 from omx.virtual.process import Served
 from omx.virtual.server import parse_fault
+
+from .rigs import PTY_BAUD
 
 ROOT = Path(__file__).resolve().parents[1]
 ENDS = [
@@ -25,9 +28,9 @@ ENDS = [
 ]
 
 
-def patient(name):
+def patient(name, patience_s=2.0):
     """A bus that forgives a busy machine: the server may be late."""
-    return Bus(Port(name, patience_s=2.0))
+    return Bus(Port(name, patience_s=patience_s), baud=1_000_000 if "://" in name else PTY_BAUD)
 
 
 def gone(pid, within=10.0):
@@ -76,7 +79,7 @@ def test_clients_come_and_go(end):
 @pytest.mark.parametrize("end", ENDS)
 def test_orders_on_standard_input(end):
     with Served(*end, "--fault", "wrong_model servo=12") as served:
-        with Bus(Port(served.name, patience_s=0.5)) as bus:
+        with patient(served.name, 0.5) as bus:
             assert bus.ping(12).model == 1060
             served.tell("dead servo=13")
             assert 13 not in bus.scan([12, 13])
@@ -107,7 +110,7 @@ def test_a_pulled_plug_ends_the_connection():
             bus.scan(range(1, 10))
 
 
-@pytest.mark.skipif(not hasattr(os, "openpty"), reason="no pseudo-terminals")
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="pseudo-terminals with a rate are a Linux thing")
 def test_a_pty_knows_the_clients_baud_rate():
     with Served("--pty") as served:
         with Bus(Port(served.name, patience_s=0.1), baud=57600) as bus:

@@ -148,7 +148,8 @@
       const table = element("table", { class: "omx-matrix", "aria-label": "the pose T, position in mm" }, body);
       const values = ["x", "y", "z"].map((name, i) => `${name} = ${text(T[i][3], 1)} mm`);
       if (this.geometry) values.push(`pitch = ${text(fk.pose(...this.q, ...this.geometry)[3] / DEG, 1)}\u00b0`);
-      this.answer.replaceChildren(element("p", { class: "omx-values" }, ...values.map((v) => element("span", {}, v))), table);
+      this.answer.replaceChildren(element("p", { class: "omx-values" }, ...values.map((v) => element("span", {}, v))),
+        element("div", { class: "omx-equation" }, element("i", {}, "T"), " = ", table));
     }
 
     // -- pose -----------------------------------------------------------------------------------------------------
@@ -181,8 +182,8 @@
     writeBranches() {
       const body = element("tbody", {});
       for (const s of this.found) {
-        const angles = s.reachable ? s.q.map((v) => text(v / DEG, 1)).join("  ") : "\u2014";
-        const cells = [s.name, angles, s.verdict].map((word) => element("td", {}, word));
+        const angles = s.reachable ? s.q.map((v) => text(v / DEG, 1)).join("\u2002") : "\u2014";
+        const cells = [s.name, angles, s.verdict].map((word, i) => element("td", i === 1 ? { class: "omx-angles" } : {}, word));
         body.append(element("tr", s === this.chosen ? { class: "omx-chosen" } : {}, ...cells));
       }
       const head = element("tr", {}, ...["branch", "q (\u00b0)", "verdict"].map((word) => element("th", { scope: "col" }, word)));

@@ -1,5 +1,6 @@
-"""The directives of the book's pages: `arm` puts the 3-D arm with sliders that work without Python into a page."""
+"""The directives of the book's pages: `arm`, the 3-D arm under sliders without Python, and `chapters`, their cards."""
 
+import html
 import math
 from functools import cache
 
@@ -7,6 +8,8 @@ from docutils import nodes
 from docutils.parsers.rst import Directive, directives
 
 import omx
+from book.tools import cells, deck, normalise
+from book.tools.place import NOTEBOOKS
 
 
 class Arm(Directive):
@@ -24,6 +27,25 @@ class Arm(Directive):
         return [nodes.raw("", text, format="html")]
 
 
+class Chapters(Directive):
+    """A card for each chapter: its title and its hook, both from the notebook. For pages in book/."""
+
+    def run(self):
+        chapters = sorted(NOTEBOOKS.glob("*.ipynb"))
+        for path in chapters:
+            self.state.document.settings.env.note_dependency(str(path))
+        cards = "\n".join(card(path) for path in chapters)
+        return [nodes.raw("", f'<div class="omx-cards">{cards}</div>', format="html")]
+
+
+def card(path):
+    """One chapter's card: the H1 of its notebook and the paragraph below."""
+    first = cells.source(normalise.read(path)["cells"][0])
+    title, hook, *_ = [part.strip() for part in first.split("\n\n")]
+    link = f'<a href="../notebooks/{path.stem}.html">{html.escape(title.lstrip("# "))}</a>'
+    return f'<div class="omx-card"><h3>{link}</h3>{deck.prose(hook)}</div>'
+
+
 @cache
 def arm(kind, q, height):
     """The HTML of an arm under sliders, for pages that load omx-view.js and panel.js."""
@@ -36,4 +58,5 @@ def arm(kind, q, height):
 
 def setup(app):
     app.add_directive("arm", Arm)
+    app.add_directive("chapters", Chapters)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -91,7 +91,7 @@ def keep(command, output):
 
 def show_progress(line):
     if sys.stderr.isatty():
-        print("\r\033[K" + line.strip()[:76], end="", file=sys.stderr, flush=True)
+        print(f"\r{line.strip()[:76]:76}", end="\r", file=sys.stderr, flush=True)
 
 
 def ask(*arguments):

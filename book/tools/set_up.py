@@ -34,7 +34,7 @@ def set_up():
     """Make or repair .venv, one process at a time. Raises `Stop` with the one sentence to show."""
     try:
         with one_at_a_time() as lock:
-            if VENV.is_symlink() or VENV.is_file():
+            if VENV.is_file() or (VENV.is_symlink() and not VENV.exists()):
                 VENV.unlink()
             if not is_ready():
                 STAMP.unlink(missing_ok=True)
@@ -76,16 +76,14 @@ def completed(lock):
 
 
 def make_venv():
-    """A new, empty .venv in place of whatever is there."""
+    """A new .venv in place of whatever is there; a link to another disk stays a link."""
     if not (shutil.which("uv") or importlib.util.find_spec("ensurepip")):
         raise Stop(no_ensurepip())
     try:
         import venv
     except ImportError as error:
         raise Stop(no_ensurepip()) from error
-    if VENV.exists():
-        shutil.rmtree(VENV)
-    venv.EnvBuilder(with_pip=False, symlinks=not WINDOWS).create(VENV)
+    venv.EnvBuilder(clear=True, with_pip=False, symlinks=not WINDOWS).create(VENV.resolve())
 
 
 def install(lock):
@@ -147,7 +145,7 @@ def link_package():
     It does what an editable install does, without a build; the relative way survives a moved folder.
     """
     packages = Path(ask("-c", SITE_PACKAGES)[1])
-    way = os.path.relpath(os.path.realpath(ROOT), os.path.realpath(packages))
+    way = os.path.relpath(ROOT, packages)  # Python takes it word for word, links or not
     (packages / "omx.pth").write_text(way + "\n", encoding="utf-8")
 
 

@@ -35,6 +35,9 @@ def build(fresh=False):
     arguments = ["-b", "html", "-c", ROOT / "book", "-d", DOCTREES, "-W", "--keep-going", "-q", ROOT, SITE]
     status = build_main([str(a) for a in arguments])
     if status == 0:
+        from book.tools import slides
+
+        slides.build(folder=SITE / "slides")
         finish()
     return status
 
@@ -88,10 +91,11 @@ def finish(site=SITE):
 
 def thin_icons(site):
     """Drop from the theme's 1.5 MB icon script every icon that no page uses."""
+    import pydata_sphinx_theme
+
     script = site / "_static" / "scripts" / "fontawesome.js"
-    if not script.exists():
-        return
-    text = script.read_text(encoding="utf-8")
+    whole = Path(pydata_sphinx_theme.__file__).parent / "theme/pydata_sphinx_theme/static/scripts/fontawesome.js"
+    text = whole.read_text(encoding="utf-8")
     wanted = {"xmark", "bars", "angle-right", "chevron-down", "chevron-up"}
     for page in [*site.rglob("*.html"), *site.glob("_static/scripts/*.js")]:
         if page != script:

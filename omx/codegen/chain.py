@@ -22,6 +22,8 @@ def chain_functions(chain: Chain) -> list[Function]:
         frames.append(current)
     outputs = {f"T_0_{i}": frame for i, frame in enumerate(frames, start=1)}
     last, tool = list(outputs.items())[-1]
+    if len(frames) == 1:
+        outputs = {"frames": (tool,)}  # a single output would be returned without a tuple around it
     return [
         Function("transform", f"{last}, rows of the 4x4 matrix.", joints, {last: tool}, steps),
         Function("frames", f"T_0_1 .. {last}, each as rows of a 4x4 matrix.", joints, outputs, steps),

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from .function import Function, label, sum_name, tree
+from .function import Function, label
 from .printer import BATCH, SCALAR, Dialect, Printer
 
 WIDTH = 110
@@ -35,11 +35,11 @@ class Emitter:
         return [*lines, *docstring(f"{function.doc.strip()} {note}.")]
 
     def _columns(self) -> str:
-        plain = any(not result.free_symbols - set(self.parameters) for result in self.function.results())
+        plain = any(not result.free_symbols - set(self.parameters) for result in self.function.results)
         return "Columns in, columns out" + ("; constants are plain numbers" if plain else "")
 
     def _returns(self) -> str:
-        outputs, number = [tree(value) for value in self.function.outputs.values()], self.dialect.number
+        outputs, number = self.function.named[1].values(), self.dialect.number
         if any(isinstance(value, tuple) for value in outputs):
             return "tuple"
         if len(outputs) > 6:
@@ -49,23 +49,21 @@ class Emitter:
     def body(self) -> list[str]:
         """The statements, indented."""
         lines = []
-        for angle in self.function.angles():
+        for angle in self.function.angles:
             lines += self._angle(angle)
-        for symbol, expression in self.function.needed_steps():
+        for symbol, expression in self.function.named[0]:
             lines += self._statement(f"{self.dialect.let}{symbol.name} = ", expression)
-            if expression.free_symbols and not expression.is_Symbol:
-                self.replaced.setdefault(expression, symbol)
         return lines + self._results()
 
     def _angle(self, angle) -> list[str]:
         """The sine and cosine of one angle, and first the angle itself if it is a sum."""
         lines, name, variable = [], label(angle), angle
         if angle.is_Add:
-            variable = sp.Symbol(sum_name(angle))
+            variable = sp.Symbol(self.function.sum_name(angle))
             lines += self._statement(f"{self.dialect.let}{variable.name} = ", angle)
             self.replaced |= {angle: variable, -angle: -variable}
         code = self.printer.code(variable)
-        used = self.function.sines_and_cosines()
+        used = self.function.sines_and_cosines
         names = {word: f"{word[0]}{name}" for word, f in (("sin", sp.sin), ("cos", sp.cos)) if f(angle) in used}
         self.replaced |= {sp.sin(angle): sp.Symbol(f"s{name}"), sp.cos(angle): sp.Symbol(f"c{name}")}
         if self.dialect is BATCH or (self.dialect.pair and len(names) == 2):
@@ -76,7 +74,7 @@ class Emitter:
         return [*lines, *(f"    {let}{variable} = {functions[word]}({code}){end}" for word, variable in names.items())]
 
     def _results(self) -> list[str]:
-        outputs = self.function.outputs
+        outputs = self.function.named[1]
         if len(outputs) == 1:
             return self._statement("return ", *outputs.values())
         lines = []
@@ -89,7 +87,7 @@ class Emitter:
 
     def _statement(self, prefix: str, value, indent: str = "    ", end: str | None = None) -> list[str]:
         """`prefix value`: a number or a row of numbers on one line if it fits, a table with a line for each row."""
-        value, end = tree(value), self.dialect.end if end is None else end
+        end = self.dialect.end if end is None else end
         if not isinstance(value, tuple):
             return folded(indent + prefix, self._code(value), end)
         opening, closing = self.dialect.brackets

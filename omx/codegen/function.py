@@ -4,6 +4,7 @@ import keyword
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import sympy as sp
@@ -24,7 +25,8 @@ class Function:
 
     `outputs` maps each result's name to an expression, a matrix, or a (nested) sequence of expressions. `steps`
     are (symbol, expression) pairs, computed in their order before the results; an expression may use the
-    `inputs`, the module's parameters and the steps before it. Steps that no result needs are left out.
+    `inputs`, the module's parameters and the steps before it. Where a step's expression appears again, its symbol
+    is written; steps that no result needs are left out.
     """
 
     name: str
@@ -33,29 +35,46 @@ class Function:
     outputs: Mapping[str, Any]
     steps: Sequence[tuple[sp.Symbol, sp.Expr]] = field(default=())
 
+    @cached_property
+    def named(self) -> tuple[list[tuple[sp.Symbol, sp.Expr]], dict[str, Any]]:
+        """The steps and the outputs as they are written: shortened by the steps before them, useless ones gone."""
+        short, steps = {}, []
+        for symbol, expression in self.steps:
+            expression = sp.sympify(expression)
+            steps.append((symbol, expression.xreplace(short)))
+            if expression.args and expression.free_symbols:
+                short.setdefault(expression, symbol)
+        outputs = {name: tree(value, short) for name, value in self.outputs.items()}
+        wanted = set().union(*(leaf.free_symbols for value in outputs.values() for leaf in leaves(value)))
+        kept = []
+        for symbol, expression in reversed(steps):
+            if symbol in wanted:
+                kept.append((symbol, expression))
+                wanted |= expression.free_symbols
+        return kept[::-1], outputs
+
+    @cached_property
     def results(self) -> list[sp.Expr]:
         """Every expression of the outputs, in their order."""
-        return [expression for value in self.outputs.values() for expression in leaves(value)]
+        return [leaf for value in self.named[1].values() for leaf in leaves(value)]
 
-    def needed_steps(self) -> list[tuple[sp.Symbol, sp.Expr]]:
-        """The steps that a result needs, directly or through another step."""
-        wanted = set().union(*(result.free_symbols for result in self.results()))
-        kept = []
-        for symbol, expression in reversed(self.steps):
-            if symbol in wanted:
-                kept.append((symbol, sp.sympify(expression)))
-                wanted |= kept[-1][1].free_symbols
-        return kept[::-1]
-
+    @cached_property
     def sines_and_cosines(self) -> set[sp.Expr]:
         """Every sine and cosine in what is written."""
-        body = [expression for _, expression in self.needed_steps()] + self.results()
+        body = [expression for _, expression in self.named[0]] + self.results
         return set().union(*(expression.atoms(sp.sin, sp.cos) for expression in body))
 
+    @cached_property
     def angles(self) -> list[sp.Expr]:
         """What the sines and cosines are taken of: c1 s1 before c23 s23 before c234 s234."""
-        found = {trig.args[0] for trig in self.sines_and_cosines()}
+        found = {trig.args[0] for trig in self.sines_and_cosines}
         return sorted(found, key=lambda angle: (len(angle.free_symbols), label(angle)))
+
+    def sum_name(self, angle) -> str:
+        """The name of the variable that holds a sum of angles: q23, q2_delta; sum_12 where joint 12 is called q12."""
+        short = label(angle)
+        name = f"q{short}" if short[0].isdigit() else f"angle{short}"
+        return f"sum_{short}" if name in {symbol.name for symbol in self.inputs} else name
 
     def check(self, parameters: Sequence[sp.Symbol]) -> None:
         """`BadInput` for the first name that is unknown, taken, or no name in code."""
@@ -71,7 +90,7 @@ class Function:
             self._check_known(sp.sympify(expression), known, f"step `{symbol}`")
             known.add(symbol)
         for name, value in self.outputs.items():
-            for expression in leaves(value):
+            for expression in leaves(tree(value)):
                 self._check_known(expression, known, f"output `{name}`")
 
     def _taken_names(self, given, steps) -> set[str]:
@@ -93,7 +112,7 @@ class Function:
                 raise BadInput(f"`{self.name}`: the output `{name}` has the name of an input, parameter or step.")
 
     def _check_angles(self, taken: set[str], given: set) -> None:
-        for angle in self.angles():
+        for angle in self.angles:
             if not angle.free_symbols <= given:
                 raise BadInput(
                     f"`{self.name}`: sin or cos of `{angle}`, which is computed in a step; "
@@ -107,8 +126,8 @@ class Function:
     def _own_names(self, angle) -> dict[str, sp.Expr]:
         """The names that the generator gives to an angle, its sine and its cosine, and what they stand for."""
         trig = {f"s{label(angle)}": sp.sin(angle), f"c{label(angle)}": sp.cos(angle)}
-        used = {name: part for name, part in trig.items() if part in self.sines_and_cosines()}
-        return used | ({sum_name(angle): angle} if angle.is_Add else {})
+        used = {name: part for name, part in trig.items() if part in self.sines_and_cosines}
+        return used | ({self.sum_name(angle): angle} if angle.is_Add else {})
 
     def _check_known(self, expression, known: set, where: str) -> None:
         unknown = sorted(symbol.name for symbol in expression.free_symbols - known)
@@ -120,18 +139,17 @@ class Function:
             )
 
 
-def tree(value):
-    """An output as nested tuples of expressions: a matrix is a tuple of rows."""
+def tree(value, short: Mapping | None = None):
+    """An output as nested tuples of expressions, a matrix as a tuple of rows; `short` is put in."""
     if isinstance(value, sp.MatrixBase):
         value = value.tolist()
     if isinstance(value, (list, tuple)):
-        return tuple(tree(item) for item in value)
-    return sp.sympify(value)
+        return tuple(tree(item, short) for item in value)
+    return sp.sympify(value).xreplace(short or {})
 
 
 def leaves(value) -> list[sp.Expr]:
-    """The expressions in an output, row by row."""
-    value = tree(value)
+    """The expressions in nested tuples, in their order."""
     return [leaf for item in value for leaf in leaves(item)] if isinstance(value, tuple) else [value]
 
 
@@ -154,12 +172,6 @@ def _word(term) -> str:
     """A term as part of a name: pi/6 -> "pi_6", 0.3 -> "0p3", 2*q1 -> "2q1"."""
     text = f"{float(term):g}" if term.is_Float else str(term)
     return re.sub(r"\W+", "", text.replace("/", "_").replace(".", "p"))
-
-
-def sum_name(angle) -> str:
-    """The name of the variable that holds a sum of angles: q23, q2_delta, angle_pitch_m_tilt."""
-    name = label(angle)
-    return f"q{name}" if name[0].isdigit() else f"angle{name}"
 
 
 def _check_name(name, what: str) -> None:

@@ -1,5 +1,6 @@
 """Generated modules on disk: written whole or not at all, and loaded as they are now."""
 
+import contextlib
 import importlib
 import importlib.util
 import os
@@ -64,7 +65,8 @@ def _store(path: Path, text: str) -> None:
     except OSError as error:
         raise OmxError(f"cannot write {path}: {error.strerror or error}. What was there is unchanged.") from error
     finally:
-        fresh.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            fresh.unlink(missing_ok=True)
     if path.suffix == ".py":  # bytecode of the same second and size would pass for that of the new text
         Path(importlib.util.cache_from_source(str(path))).unlink(missing_ok=True)
 

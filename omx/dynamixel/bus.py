@@ -1,7 +1,7 @@
-"""The bus: registers of servos by name, over one port. The only module that uses the maker's `dynamixel_sdk`.
+"""The bus: registers of servos by name, over one port. Values are raw integers.
 
-The SDK answers with tuples of status codes; here whatever goes wrong is an exception, each transaction holds a
-lock, an interrupted one leaves nothing behind, and what went over the wire is kept. Values are raw integers.
+Whatever goes wrong is an exception; each transaction holds a lock; an interrupted one leaves nothing behind; and
+what went over the wire is kept.
 """
 
 import contextlib
@@ -10,109 +10,12 @@ from collections import deque
 from operator import index
 from typing import NamedTuple
 
-import dynamixel_sdk as sdk
-
-from ..errors import BadInput, BusCorrupt, BusError, BusTimeout, PortLost, ServoFault, ServoRefused, WrongServo
+from ..errors import BadInput, BusCorrupt, BusTimeout, PortLost, ServoFault, ServoRefused, WrongServo
 from . import packet as pk
-from .clock import Clock
 from .packet import Instruction as Do
 from .registers import PRESENT, REGISTERS, Block, Register, block, hardware_errors, register
-from .serial_line import open_line
+from .sdk import Damage, Port, Protocol, Silence
 from .trace import Transaction
-
-#: More bytes than any answer has: a line that goes on after them is noise, not an answer.
-MOST_BYTES = 4 * pk.MAX_LENGTH
-#: How long to wait for an answer beyond what the SDK allows (34 ms) where another process or a network is between.
-SOCKET_PATIENCE_S = 0.25
-
-
-class Port(sdk.PortHandler):
-    """The SDK's port, opened with care: exclusive, with a short read timeout, and with its bytes recorded."""
-
-    def __init__(self, name: str, clock: Clock | None = None, patience_s: float | None = None):
-        super().__init__(name)
-        self.clock = clock or Clock()
-        self.patience_s = (SOCKET_PATIENCE_S if "://" in name else 0.0) if patience_s is None else patience_s
-        self.sent, self.received = b"", bytearray()
-
-    def open_line(self):
-        """A serial line at `self.baudrate`; a virtual port gives something that looks like one."""
-        return open_line(self.port_name, self.baudrate)
-
-    def setupPort(self, cflag_baud):
-        """Open the line, as the SDK does; raises PortError with the reason instead of returning False."""
-        if self.is_open:
-            self.closePort()
-        self.ser = self.open_line()
-        self.is_open = True
-        self.tx_time_per_byte = 10_000.0 / self.baudrate  # ms
-        self.clearPort()
-        return True
-
-    def closePort(self):
-        """Close the line; twice does no harm."""
-        if self.is_open:
-            self.is_open = False
-            with contextlib.suppress(Exception):  # a line that is gone cannot be closed
-                self.ser.close()
-
-    def clearPort(self):
-        """Forget what has arrived."""
-        self._guarded(self.ser.reset_input_buffer)
-
-    def getBytesAvailable(self):
-        """How many bytes have arrived and not been read."""
-        return self._guarded(lambda: self.ser.in_waiting)
-
-    def writePort(self, packet):
-        """Send a packet and record it."""
-        self.sent, self.received = bytes(packet), bytearray()
-        return self._guarded(self.ser.write, self.sent)
-
-    def readPort(self, length):
-        """Up to `length` bytes, after at most the read timeout."""
-        data = self._guarded(self.ser.read, length)
-        self.received += data
-        if len(self.received) > MOST_BYTES:
-            raise _Babble
-        return data
-
-    def _guarded(self, call, *args):
-        try:
-            return call(*args)
-        except Exception as error:  # pyserial lets OSError, termios.error and TypeError through
-            self.closePort()
-            raise PortLost(self.port_name, f"the port has gone ({error}). Is the USB plug in?") from error
-
-    def getCurrentTime(self):
-        """Milliseconds of this port's clock: the wall clock that the SDK takes can jump."""
-        return self.clock.now() * 1000.0
-
-    def setPacketTimeout(self, packet_length):
-        """The SDK's timeout, and this port's patience on top."""
-        super().setPacketTimeout(packet_length)
-        self.packet_timeout += self.patience_s * 1000.0
-
-
-class _Babble(Exception):
-    """The line does not stop sending."""
-
-
-class _Protocol(sdk.Protocol2PacketHandler):
-    """The SDK's packets, with the byte stuffing it loses when sending, and with a fast checksum."""
-
-    def addStuffing(self, packet):
-        body = pk.stuff(bytes(packet[7:-2]))
-        packet[5:] = [*(len(body) + 2).to_bytes(2, "little"), *body, 0, 0]
-        return packet
-
-    def removeStuffing(self, packet):
-        body = pk.unstuff(bytes(packet[7:-2]))
-        packet[5:] = [*(len(body) + 2).to_bytes(2, "little"), *body, *packet[-2:]]
-        return packet
-
-    def updateCRC(self, crc_accum, data_blk_ptr, data_blk_size):
-        return pk.crc16(data_blk_ptr[:data_blk_size], crc_accum)
 
 
 class Ping(NamedTuple):
@@ -140,16 +43,13 @@ class Bus:
 
     def __init__(self, port, baud: int = 1_000_000, history: int = 1000):
         self._port = Port(port) if isinstance(port, str) else port
-        self._protocol = _Protocol()
+        self._protocol = Protocol()
         self._lock = threading.RLock()
         self._stale = False
         self.history: deque[Transaction] = deque(maxlen=history)
         self.alerts: set[int] = set()
         self.strays = 0
-        if self._port.getCFlagBaud(baud) <= 0:
-            raise BadInput(f"baud {baud!r} is not one that the adapter knows; the arm's is 1000000.")
-        self._port.baudrate = baud
-        self._port.openPort()
+        self.tune(baud)
 
     def __enter__(self):
         return self
@@ -174,6 +74,14 @@ class Bus:
     def is_open(self) -> bool:
         """False after `close`, and after the port has gone."""
         return self._port.is_open
+
+    def tune(self, baud: int):
+        """Open the port at another baud rate, one that the servos know."""
+        if self._port.getCFlagBaud(baud) <= 0:
+            raise BadInput(f"baud {baud!r} is not one that the adapter knows; the arm's is 1000000.")
+        with self._lock:
+            self._port.baudrate = baud
+            self._port.openPort()
 
     def close(self):
         """Let the port go. The servos keep doing what they were told last."""
@@ -308,13 +216,10 @@ class Bus:
         port, began, fault = self._port, self.clock.now(), None
         try:
             self.strays += bool(port.getBytesAvailable()) if wanted else 0
-            self._send(to, instruction, params, wanted)
+            self._protocol.send(port, to, instruction, params, sum(size + 11 for _, size in wanted))
             answers = self._receive(instruction, wanted, doing)
             self._stale = self._stale and instruction != Do.PING
             return answers
-        except _Babble:
-            fault = BusCorrupt(self.name, doing, wanted[0][0], bytes(port.received))
-            raise fault from None
         except BaseException as error:  # a KeyboardInterrupt too must not leave the port marked as in use
             fault = error
             raise
@@ -325,52 +230,39 @@ class Bus:
             trouble = f"{type(fault).__name__}: {fault}" if fault else ""
             self.history.append(Transaction(began, spent, port.sent, bytes(port.received), trouble))
 
-    def _send(self, to, instruction, params, wanted):
-        port = self._port
-        length = len(params) + 3
-        result = self._protocol.txPacket(port, [0, 0, 0, 0, to, length & 0xFF, length >> 8, instruction, *params, 0, 0])
-        if result != sdk.COMM_SUCCESS:
-            raise BusError(self.name, f"the packet could not be sent ({self._protocol.getTxRxResult(result)})")
-        port.setPacketTimeout(sum(size + 11 for _, size in wanted))
-
     def _receive(self, instruction, wanted, doing) -> list[Answer]:
-        if instruction == Do.FAST_SYNC_READ:
-            return self._receive_together(wanted, doing)
         answers = []
-        for place, (servo, size) in enumerate(wanted):
-            missing = [s for s, _ in wanted[place:]]
-            answers.append(self._receive_one(servo, size, missing, [a.servo for a in answers], doing))
+        try:
+            if instruction == Do.FAST_SYNC_READ:
+                return self._receive_together(wanted)
+            for servo, size in wanted:
+                answers.append(self._receive_one(servo, size))
+        except Silence:
+            missing = [servo for servo, _ in wanted[len(answers) :]]
+            raise BusTimeout(self.name, doing, missing, [answer.servo for answer in answers]) from None
+        except Damage:
+            raise BusCorrupt(self.name, doing, wanted[len(answers)][0], bytes(self._port.received)) from None
         return answers
 
-    def _receive_one(self, servo, size, missing, answered, doing) -> Answer:
+    def _receive_one(self, servo, size) -> Answer:
         while True:
-            frame = self._frame(servo, missing, answered, doing, fast=False)
+            frame = self._protocol.receive(self._port)
             sender, error, data = frame[4], frame[8], bytes(frame[9:-2])
             if sender == servo and (len(data) == size or error & ~pk.ALERT):
-                self._note_alert(servo, error)
-                return Answer(servo, error & ~pk.ALERT, data)
+                return self._answer(servo, error, data)
             self.strays += 1  # a late answer to an earlier question: the right one comes after it
 
-    def _receive_together(self, wanted, doing) -> list[Answer]:
+    def _receive_together(self, wanted) -> list[Answer]:
         ids, size = [servo for servo, _ in wanted], wanted[0][1]
-        frame = self._frame(ids[0], ids, [], doing, fast=True)
+        frame = self._protocol.receive(self._port, fast=True)
         parts = [frame[i : i + size + 4] for i in range(8, len(frame), size + 4)]
         if [part[1] for part in parts if len(part) == size + 4] != ids:
-            raise BusCorrupt(self.name, doing, ids[0], bytes(frame))
-        for part in parts:
-            self._note_alert(part[1], part[0])
-        return [Answer(part[1], part[0] & ~pk.ALERT, bytes(part[2:-2])) for part in parts]
+            raise Damage
+        return [self._answer(part[1], part[0], bytes(part[2:-2])) for part in parts]
 
-    def _frame(self, servo, missing, answered, doing, fast) -> list[int]:
-        frame, result = self._protocol.rxPacket(self._port, fast)
-        if result == sdk.COMM_SUCCESS:
-            return frame
-        if result == sdk.COMM_RX_TIMEOUT:
-            raise BusTimeout(self.name, doing, missing, answered)
-        raise BusCorrupt(self.name, doing, servo, bytes(self._port.received))
-
-    def _note_alert(self, servo: int, error: int):
+    def _answer(self, servo: int, error: int, data: bytes) -> Answer:
         (self.alerts.add if error & pk.ALERT else self.alerts.discard)(servo)
+        return Answer(servo, error & ~pk.ALERT, data)
 
     def _refused(self, answer: Answer, doing: str, row: Register | None):
         if answer.servo in self.alerts and answer.error == pk.RESULT_FAIL:

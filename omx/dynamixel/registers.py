@@ -90,6 +90,7 @@ _ROWS = [
     (44, 4, "velocity_limit", "RW", 200, 0, 1023, "velocity"),
     (48, 4, "max_position_limit", "RW", 4095, 0, 4095, "position", "in position mode only"),
     (52, 4, "min_position_limit", "RW", 0, 0, 4095, "position", "in position mode only"),
+    (60, 1, "startup_configuration", "RW", 0, 0, 3, "", "1 torque on, 2 restore the RAM at power-on"),
     (63, 1, "shutdown", "RW", 52, 0, 63, "", "which hardware errors switch the torque off"),
     (64, 1, "torque_enable", "RW", 0, 0, 1, "", "refused after a shutdown, until a reboot"),
     (65, 1, "led", "RW", 0, 0, 1),

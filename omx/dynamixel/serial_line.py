@@ -60,6 +60,6 @@ def _keep_others_out(line):
     except ImportError:  # Windows: ports are exclusive there
         return
     # A pseudo-terminal lives on after it is closed, and so would the lock.
-    if not os.path.realpath(line.port).startswith("/dev/pts/"):
+    if not os.path.realpath(line.port).startswith(("/dev/pts/", "/dev/ttys")):
         with contextlib.suppress(OSError):
             fcntl.ioctl(line.fileno(), termios.TIOCEXCL)

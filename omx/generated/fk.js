@@ -48,15 +48,16 @@ export function transform(q1, q2, q3, q4, L1, L2, L3, L4, delta) {
     const s234 = Math.sin(q234);
     const c234 = Math.cos(q234);
     const r = L2*s2_delta + L3*c23 + L4*c234;
+    const z = L1 + L2*c2_delta - L3*s23 - L4*s234;
     return [
         [c1*c234, -c1*s234, -s1, r*c1],
         [s1*c234, -s1*s234, c1, r*s1],
-        [-s234, -c234, 0, L1 + L2*c2_delta - L3*s23 - L4*s234],
+        [-s234, -c234, 0, z],
         [0, 0, 0, 1],
     ];
 }
 
-/** T_0_1 .. T_0_4, each as rows of a 4x4 matrix. 66 operations and 8 sines and cosines. */
+/** T_0_1 .. T_0_4, each as rows of a 4x4 matrix. 55 operations and 8 sines and cosines. */
 export function frames(q1, q2, q3, q4, L1, L2, L3, L4, delta) {
     const s1 = Math.sin(q1);
     const c1 = Math.cos(q1);
@@ -69,6 +70,12 @@ export function frames(q1, q2, q3, q4, L1, L2, L3, L4, delta) {
     const q234 = q2 + q3 + q4;
     const s234 = Math.sin(q234);
     const c234 = Math.cos(q234);
+    const r_2 = L2*s2_delta;
+    const z_2 = L1 + L2*c2_delta;
+    const r_3 = L3*c23 + r_2;
+    const z_3 = L1 + L2*c2_delta - L3*s23;
+    const r_4 = L3*c23 + L4*c234 + r_2;
+    const z_4 = L1 + L2*c2_delta - L3*s23 - L4*s234;
     const T_0_1 = [
         [c1, 0, -s1, 0],
         [s1, 0, c1, 0],
@@ -76,21 +83,21 @@ export function frames(q1, q2, q3, q4, L1, L2, L3, L4, delta) {
         [0, 0, 0, 1],
     ];
     const T_0_2 = [
-        [c1*s2_delta, c1*c2_delta, -s1, L2*c1*s2_delta],
-        [s1*s2_delta, s1*c2_delta, c1, L2*s1*s2_delta],
-        [c2_delta, -s2_delta, 0, L1 + L2*c2_delta],
+        [c1*s2_delta, c1*c2_delta, -s1, r_2*c1],
+        [s1*s2_delta, s1*c2_delta, c1, r_2*s1],
+        [c2_delta, -s2_delta, 0, z_2],
         [0, 0, 0, 1],
     ];
     const T_0_3 = [
-        [c1*c23, -c1*s23, -s1, (L2*s2_delta + L3*c23)*c1],
-        [s1*c23, -s1*s23, c1, (L2*s2_delta + L3*c23)*s1],
-        [-s23, -c23, 0, L1 + L2*c2_delta - L3*s23],
+        [c1*c23, -c1*s23, -s1, r_3*c1],
+        [s1*c23, -s1*s23, c1, r_3*s1],
+        [-s23, -c23, 0, z_3],
         [0, 0, 0, 1],
     ];
     const T_0_4 = [
-        [c1*c234, -c1*s234, -s1, (L2*s2_delta + L3*c23 + L4*c234)*c1],
-        [s1*c234, -s1*s234, c1, (L2*s2_delta + L3*c23 + L4*c234)*s1],
-        [-s234, -c234, 0, L1 + L2*c2_delta - L3*s23 - L4*s234],
+        [c1*c234, -c1*s234, -s1, r_4*c1],
+        [s1*c234, -s1*s234, c1, r_4*s1],
+        [-s234, -c234, 0, z_4],
         [0, 0, 0, 1],
     ];
     return [T_0_1, T_0_2, T_0_3, T_0_4];

@@ -84,10 +84,11 @@ def transform(
     q234 = q2 + q3 + q4
     s234, c234 = sin(q234), cos(q234)
     r = L2*s2_delta + L3*c23 + L4*c234
+    z = L1 + L2*c2_delta - L3*s23 - L4*s234
     return (
         (c1*c234, -c1*s234, -s1, r*c1),
         (s1*c234, -s1*s234, c1, r*s1),
-        (-s234, -c234, 0, L1 + L2*c2_delta - L3*s23 - L4*s234),
+        (-s234, -c234, 0, z),
         (0, 0, 0, 1),
     )
 
@@ -105,10 +106,11 @@ def transform_batch(
     q234 = q2 + q3 + q4
     s234, c234 = sincos(q234)
     r = L2*s2_delta + L3*c23 + L4*c234
+    z = L1 + L2*c2_delta - L3*s23 - L4*s234
     return (
         (c1*c234, -c1*s234, -s1, r*c1),
         (s1*c234, -s1*s234, c1, r*s1),
-        (-s234, -c234, 0, L1 + L2*c2_delta - L3*s23 - L4*s234),
+        (-s234, -c234, 0, z),
         (0, 0, 0, 1),
     )
 
@@ -117,7 +119,7 @@ def frames(
     q1: float, q2: float, q3: float, q4: float,
     L1: float, L2: float, L3: float, L4: float, delta: float,
 ) -> tuple:
-    """T_0_1 .. T_0_4, each as rows of a 4x4 matrix. 66 operations and 8 sines and cosines."""
+    """T_0_1 .. T_0_4, each as rows of a 4x4 matrix. 55 operations and 8 sines and cosines."""
     s1, c1 = sin(q1), cos(q1)
     q23 = q2 + q3
     s23, c23 = sin(q23), cos(q23)
@@ -125,6 +127,12 @@ def frames(
     s2_delta, c2_delta = sin(q2_delta), cos(q2_delta)
     q234 = q2 + q3 + q4
     s234, c234 = sin(q234), cos(q234)
+    r_2 = L2*s2_delta
+    z_2 = L1 + L2*c2_delta
+    r_3 = L3*c23 + r_2
+    z_3 = L1 + L2*c2_delta - L3*s23
+    r_4 = L3*c23 + L4*c234 + r_2
+    z_4 = L1 + L2*c2_delta - L3*s23 - L4*s234
     T_0_1 = (
         (c1, 0, -s1, 0),
         (s1, 0, c1, 0),
@@ -132,21 +140,21 @@ def frames(
         (0, 0, 0, 1),
     )
     T_0_2 = (
-        (c1*s2_delta, c1*c2_delta, -s1, L2*c1*s2_delta),
-        (s1*s2_delta, s1*c2_delta, c1, L2*s1*s2_delta),
-        (c2_delta, -s2_delta, 0, L1 + L2*c2_delta),
+        (c1*s2_delta, c1*c2_delta, -s1, r_2*c1),
+        (s1*s2_delta, s1*c2_delta, c1, r_2*s1),
+        (c2_delta, -s2_delta, 0, z_2),
         (0, 0, 0, 1),
     )
     T_0_3 = (
-        (c1*c23, -c1*s23, -s1, (L2*s2_delta + L3*c23)*c1),
-        (s1*c23, -s1*s23, c1, (L2*s2_delta + L3*c23)*s1),
-        (-s23, -c23, 0, L1 + L2*c2_delta - L3*s23),
+        (c1*c23, -c1*s23, -s1, r_3*c1),
+        (s1*c23, -s1*s23, c1, r_3*s1),
+        (-s23, -c23, 0, z_3),
         (0, 0, 0, 1),
     )
     T_0_4 = (
-        (c1*c234, -c1*s234, -s1, (L2*s2_delta + L3*c23 + L4*c234)*c1),
-        (s1*c234, -s1*s234, c1, (L2*s2_delta + L3*c23 + L4*c234)*s1),
-        (-s234, -c234, 0, L1 + L2*c2_delta - L3*s23 - L4*s234),
+        (c1*c234, -c1*s234, -s1, r_4*c1),
+        (s1*c234, -s1*s234, c1, r_4*s1),
+        (-s234, -c234, 0, z_4),
         (0, 0, 0, 1),
     )
     return T_0_1, T_0_2, T_0_3, T_0_4
@@ -165,6 +173,12 @@ def frames_batch(
     s2_delta, c2_delta = sincos(q2_delta)
     q234 = q2 + q3 + q4
     s234, c234 = sincos(q234)
+    r_2 = L2*s2_delta
+    z_2 = L1 + L2*c2_delta
+    r_3 = L3*c23 + r_2
+    z_3 = L1 + L2*c2_delta - L3*s23
+    r_4 = L3*c23 + L4*c234 + r_2
+    z_4 = L1 + L2*c2_delta - L3*s23 - L4*s234
     T_0_1 = (
         (c1, 0, -s1, 0),
         (s1, 0, c1, 0),
@@ -172,21 +186,21 @@ def frames_batch(
         (0, 0, 0, 1),
     )
     T_0_2 = (
-        (c1*s2_delta, c1*c2_delta, -s1, L2*c1*s2_delta),
-        (s1*s2_delta, s1*c2_delta, c1, L2*s1*s2_delta),
-        (c2_delta, -s2_delta, 0, L1 + L2*c2_delta),
+        (c1*s2_delta, c1*c2_delta, -s1, r_2*c1),
+        (s1*s2_delta, s1*c2_delta, c1, r_2*s1),
+        (c2_delta, -s2_delta, 0, z_2),
         (0, 0, 0, 1),
     )
     T_0_3 = (
-        (c1*c23, -c1*s23, -s1, (L2*s2_delta + L3*c23)*c1),
-        (s1*c23, -s1*s23, c1, (L2*s2_delta + L3*c23)*s1),
-        (-s23, -c23, 0, L1 + L2*c2_delta - L3*s23),
+        (c1*c23, -c1*s23, -s1, r_3*c1),
+        (s1*c23, -s1*s23, c1, r_3*s1),
+        (-s23, -c23, 0, z_3),
         (0, 0, 0, 1),
     )
     T_0_4 = (
-        (c1*c234, -c1*s234, -s1, (L2*s2_delta + L3*c23 + L4*c234)*c1),
-        (s1*c234, -s1*s234, c1, (L2*s2_delta + L3*c23 + L4*c234)*s1),
-        (-s234, -c234, 0, L1 + L2*c2_delta - L3*s23 - L4*s234),
+        (c1*c234, -c1*s234, -s1, r_4*c1),
+        (s1*c234, -s1*s234, c1, r_4*s1),
+        (-s234, -c234, 0, z_4),
         (0, 0, 0, 1),
     )
     return T_0_1, T_0_2, T_0_3, T_0_4

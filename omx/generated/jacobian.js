@@ -3,7 +3,7 @@
 // Written by notebooks/05-jacobian.ipynb. Do not edit: change the chapter and run it.
 // Lengths are in mm, angles in rad.
 
-/** Geometric Jacobian, 6x4. 35 operations and 8 sines and cosines. */
+/** Geometric Jacobian, 6x4. 30 operations and 8 sines and cosines. */
 export function jacobian(q1, q2, q3, q4, L1, L2, L3, L4, delta) {
     const s1 = Math.sin(q1);
     const c1 = Math.cos(q1);
@@ -16,14 +16,16 @@ export function jacobian(q1, q2, q3, q4, L1, L2, L3, L4, delta) {
     const q234 = q2 + q3 + q4;
     const s234 = Math.sin(q234);
     const c234 = Math.cos(q234);
-    const u = -L3*s23 - L4*s234;
-    const v = L3*c23 + L4*c234;
-    const h = L2*c2_delta + u;
-    const r = L2*s2_delta + v;
+    const r_4 = L4*c234;
+    const h_4 = -L4*s234;
+    const r_3 = L3*c23 + r_4;
+    const h_3 = h_4 - L3*s23;
+    const r_2 = L2*s2_delta + r_3;
+    const h_2 = L2*c2_delta + h_3;
     return [
-        [-r*s1, h*c1, u*c1, -L4*c1*s234],
-        [r*c1, h*s1, u*s1, -L4*s1*s234],
-        [0, -r, -v, -L4*c234],
+        [-r_2*s1, h_2*c1, h_3*c1, h_4*c1],
+        [r_2*c1, h_2*s1, h_3*s1, h_4*s1],
+        [0, -r_2, -r_3, -r_4],
         [0, -s1, -s1, -s1],
         [0, c1, c1, c1],
         [1, 0, 0, 0],

@@ -27,7 +27,7 @@ class Panel(ipywidgets.VBox):
         self._quiet = False
         self._q = view.q
         self._forward = Latest(lambda q: self.on_command and self.on_command(q), COMMAND_INTERVAL)
-        self._tell = Latest(lambda _: self._write(), TEXT_INTERVAL)
+        self._tell = Latest(lambda _: self._write(), TEXT_INTERVAL, eager=False)  # the arm moves first
         super().__init__([view.widget, *controls])
         self.q = q
 

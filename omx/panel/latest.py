@@ -7,16 +7,17 @@ import time
 class Latest:
     """Calls `action(value)` at once, or when `interval` seconds since the last call have passed, with the newest value.
 
-    Without a running event loop nothing could call later, so then every value is passed on at once.
+    With `eager` False even the first value waits, so that more urgent messages go first. Without a running
+    event loop nothing could call later, so then every value is passed on at once.
     """
 
-    def __init__(self, action, interval: float, clock=time.monotonic):
-        self._action, self._interval, self._clock = action, interval, clock
+    def __init__(self, action, interval: float, *, eager: bool = True, clock=time.monotonic):
+        self._action, self._interval, self._eager, self._clock = action, interval, eager, clock
         self._due = 0.0
         self._waiting: list = []
 
     def __call__(self, value) -> None:
-        wait = self._due - self._clock()
+        wait = self._due - self._clock() if self._eager else self._interval
         loop = _running_loop()
         if wait <= 0 or loop is None:
             self._waiting.clear()

@@ -14,6 +14,14 @@
     return;
   }
 
+  // Without a graphics card (virtual machines, remote desktops) soft shadows cost a third of each frame.
+  const gl = viewer.renderer.getContext();
+  const card = gl.getExtension("WEBGL_debug_renderer_info");
+  const drawnBy = card ? String(gl.getParameter(card.UNMASKED_RENDERER_WEBGL)) : "";
+  if (/swiftshader|llvmpipe|software|basic render/i.test(drawnBy)) {
+    viewer.renderer.shadowMap.type = MeshCat.THREE.BasicShadowMap;
+  }
+
   // Labels carry pictures, which arrive a moment later: by then the label may have been removed again.
   const wanted = new Set();
   const setObject = viewer.set_object.bind(viewer);

@@ -78,10 +78,8 @@ class PtyEnd:
     """A pseudo-terminal (Linux, macOS): for other programs it is a serial port."""
 
     def __init__(self):
-        import termios
         import tty
 
-        self._termios = termios
         # The slave stays open on our side too, or the pair would break with the first client that closes it.
         self._master, self._slave = os.openpty()
         tty.setraw(self._slave)
@@ -89,10 +87,10 @@ class PtyEnd:
         self.name = os.ttyname(self._slave)
 
     @property
-    def baud(self) -> int:
-        """The rate that the client has set."""
+    def baud(self) -> int | None:
+        """The rate that the client has set; None on macOS, whose terminals do not reach the servos' rate."""
         if not sys.platform.startswith("linux"):
-            return self._termios.tcgetattr(self._slave)[5]
+            return None
         # Clients set rates as constants or as numbers; only the second form of the settings tells both.
         import fcntl
 

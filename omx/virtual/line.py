@@ -88,6 +88,8 @@ class Line:
         if not fast or not parts:
             return frames
         whole = 1 + sum(4 + length for _, _, length in wanted)
+        if whole > pk.MAX_LENGTH - 7:
+            return []  # more than a packet can hold
         return [Frame(parts[0][0], pk.build_fast_status(parts, whole), frames[0].delay)]
 
     def _sync_write(self, packet, servos, now) -> list[Frame]:

@@ -7,8 +7,8 @@ import errno
 
 from serial import SerialException
 
-from ..dynamixel.bus import Port
 from ..dynamixel.clock import Clock
+from ..dynamixel.sdk import Port
 from ..dynamixel.serial_line import READ_TIMEOUT_S
 from ..errors import PortBusy, PortError
 from .arm import VirtualArm

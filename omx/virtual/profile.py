@@ -82,8 +82,8 @@ def by_time(now: float, position: float, speed: float, goal: float, total: float
 def to_speed(now: float, speed: float, wanted: float, acceleration: float) -> Trajectory:
     """Velocity mode: from `speed` to `wanted` at `acceleration` (0 = at once), then on for ever."""
     pieces = [Piece(now, 0.0, wanted, 0.0)]
-    if acceleration and wanted != speed:
-        duration = abs(wanted - speed) / acceleration
+    duration = abs(wanted - speed) / acceleration if acceleration else 0.0
+    if duration > 0:
         pieces = [Piece(now, 0.0, speed, (wanted - speed) / duration), Piece(now + duration, 0.0, wanted, 0.0)]
     return Trajectory(tuple(pieces), inf, 0.0, TRAPEZOID if len(pieces) > 1 else STEP)
 

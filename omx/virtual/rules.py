@@ -25,6 +25,8 @@ def check(servo, row: reg.Register, value: int):
         raise Refusal(pk.DATA_RANGE)
     if row.name.startswith("profile") and table["drive_mode"] & reg.DRIVE_TIME_BASED and value > 32737:
         raise Refusal(pk.DATA_RANGE)
+    if row.name == "startup_configuration" and value:
+        raise Refusal(pk.DATA_RANGE)  # starting with the torque on is not built into this servo
     if row.name == "bus_watchdog" and table["firmware_version"] < 38:
         raise Refusal(pk.ACCESS)
     low, high = _limits(table, row.name)

@@ -4,7 +4,8 @@ from math import expm1, inf, tau
 
 from ..dynamixel import registers as reg
 from . import profile, rules
-from .joint import COAST, DAMPING, STALL_TORQUE, STIFFNESS, TORQUE_PER_MA, Drive, Joint
+from .controller import POSITION_MODES, Controller
+from .joint import DAMPING, NOMINAL_VOLTAGE, STALL_TORQUE, Drive, Joint
 from .table import Table
 
 REBOOT_S = 0.35
@@ -14,7 +15,6 @@ _TICK = tau / 4096
 _SPEED = 0.229 * 4096 / 60  # ticks/s a unit of velocity
 _ACCELERATION = 214.577 * 4096 / 3600  # ticks/s^2 a unit of acceleration
 _ARRIVED, _LOST = 20, 100  # ticks of error: "in position" below, "following error" above
-_POSITION_MODES = (reg.MODES["position"], reg.MODES["extended"], reg.MODES["current_position"])
 
 
 class Servo:
@@ -30,11 +30,12 @@ class Servo:
         self.registered: tuple[int, bytes] | None = None
         self.trajectory: profile.Trajectory | None = None
         self.temperature = AMBIENT
-        self.volts = 12.0
+        self.volts = NOMINAL_VOLTAGE
         self.powered = True
         self.been_on = False  # whether its torque has ever been on
         self.mount = 0.0  # rad by which the horn was screwed on wrong
-        self._turns = self._integral = self._stalled_s = 0
+        self._controller = Controller(self)
+        self._turns = self._stalled_s = 0
         self._changed = True  # until the controller has seen it
         self._asleep_until = self._booted = self._heard = 0.0
         self.table.put("goal_position", self.present())
@@ -69,7 +70,8 @@ class Servo:
     # ---- positions: rad at the joint, ticks in the registers ----
 
     @property
-    def _sign(self) -> int:
+    def sign(self) -> int:
+        """-1 in reverse mode: then all that has a direction is mirrored in the registers."""
         return -1 if self.table["drive_mode"] & reg.DRIVE_REVERSE else 1
 
     @property
@@ -82,59 +84,28 @@ class Servo:
     @property
     def _zero(self) -> float:
         """The tick at which the joint is at 0 rad."""
-        return 2048 + self._sign * self.mount / _TICK + self._offset + 4096 * self._turns
+        return 2048 + self.sign * self.mount / _TICK + self._offset + 4096 * self._turns
 
     def present(self, elapsed: float = 0.0) -> int:
         """Present position (ticks), `elapsed` s after the joint's last step."""
         angle = self.joint.angle + self.joint.speed * elapsed
-        return round(self._zero + self._sign * angle / _TICK)
+        return round(self._zero + self.sign * angle / _TICK)
 
     def wrap(self):
         """Forget whole turns, as at power-on and at torque-on in position mode."""
         self._turns = 0
         self._turns = -((self.present() - self._offset) // 4096)
 
-    def _angle(self, ticks: float) -> float:
-        return (ticks - self._zero) * self._sign * _TICK
+    def angle_at(self, ticks: float) -> float:
+        """The joint angle (rad) at which the position register reads `ticks`."""
+        return (ticks - self._zero) * self.sign * _TICK
 
     # ---- what the motor is told ----
 
     def drive(self, now: float, dt: float) -> Drive:
-        """What the controller asks of the motor for the next `dt`."""
+        """What the motor is told for the next `dt` s."""
         self._changed = False
-        if not self.torque_on or not self.powered:
-            return COAST
-        table, sign = self.table, self._sign
-        mode = table["operating_mode"]
-        full = STALL_TORQUE * self.volts / 12.0
-        limit = full * min(abs(table["goal_pwm"]), table["pwm_limit"]) / 885
-        if mode == reg.MODES["pwm"]:
-            return Drive(limit=full, torque=sign * full * table["goal_pwm"] / 885)
-        if mode == reg.MODES["current"]:
-            return Drive(limit=limit, torque=sign * self._goal_torque())
-        position, speed = self.trajectory.at(now)
-        if mode == reg.MODES["velocity"]:
-            return Drive(limit=limit, speed=sign * speed * _TICK)
-        if mode == reg.MODES["current_position"]:
-            limit = min(limit, abs(self._goal_torque()))
-        target = self._angle(position)
-        stiffness = STIFFNESS * table["position_p_gain"] / 800
-        return Drive(limit, self._integrate(target, limit, dt), stiffness, target)
-
-    def _goal_torque(self) -> float:
-        return self.table["goal_current"] * 2.69 * TORQUE_PER_MA
-
-    def _integrate(self, target: float, limit: float, dt: float) -> float:
-        gain = self.table["position_i_gain"]
-        if gain:  # the manual's scales: P / 128 of the error, and I / 65536 of it every millisecond
-            rate = STIFFNESS * 128 / 800 * gain / 65536 * 1000
-            self._integral += rate * (target - self.joint.angle) * dt
-            self._integral = min(max(self._integral, -limit), limit)
-        return self._integral
-
-    @property
-    def _in_position_mode(self) -> bool:
-        return self.table["operating_mode"] in _POSITION_MODES
+        return self._controller.drive(now, dt)
 
     def running(self, now: float) -> bool:
         """True while the set-point still moves, or speeds up or slows down."""
@@ -142,8 +113,7 @@ class Servo:
 
     def settled(self, now: float) -> bool:
         """True if nothing changes until the next command: the motor stands and no counter runs."""
-        integrating = self.torque_on and self.table["position_i_gain"]
-        busy = self._changed or self.joint.speed or integrating or self._stalled_s
+        busy = self._changed or self.joint.speed or self._controller.gathering or self._stalled_s
         return not (busy or self.running(now))
 
     def disturb(self):
@@ -191,7 +161,8 @@ class Servo:
     def release(self):
         """The torque is off: forget where the set-point was going."""
         self.trajectory = None
-        self._integral = self._stalled_s = 0
+        self._controller.reset()
+        self._stalled_s = 0
         self.disturb()
 
     def _trip(self, now: float):
@@ -288,13 +259,17 @@ class Servo:
 
     def _show(self, now: float, elapsed: float):
         """Bring the registers that report the present up to date."""
-        table, sign, joint = self.table, self._sign, self.joint
+        table, sign, joint = self.table, self.sign, self.joint
         position = self.present(elapsed)
         running = self.running(now)
         at, speed = self.trajectory.at(now) if self.trajectory else (position, 0.0)
-        at = at if self._in_position_mode else position
+        at = at if table["operating_mode"] in POSITION_MODES else position
         velocity = round(sign * joint.speed / _TICK / _SPEED)
-        duty = (joint.effort + DAMPING * joint.speed) / (STALL_TORQUE * self.volts / 12) if self.torque_on else 0
+        duty = (
+            (joint.effort + DAMPING * joint.speed) / (STALL_TORQUE * self.volts / NOMINAL_VOLTAGE)
+            if self.torque_on
+            else 0
+        )
         error = abs(at - position)
         status = (running << 1) | ((self.trajectory.shape << 4) if running else 0)
         status |= (not running and error <= _ARRIVED) | (error > _LOST) << 3

@@ -15,8 +15,11 @@ from .arcs import Arc
 #: Corners closer than this (mm) are one corner: where arcs only touch, rounding moves a crossing by about 1e-6 mm.
 SAME = 1e-4
 
-#: How far (mm) beside an arc its two sides are tested.
-BESIDE = 1e-5
+#: How far beside a piece its two sides are tested: this share of its length, but at most so many mm.
+BESIDE, FURTHEST = 1e-3, 1e-5
+
+#: Pieces shorter than this (mm) may be missing where two arcs all but coincide; their neighbours are joined over them.
+GAP = 1.0
 
 
 def boundary_loops(arcs: Sequence[Arc], inside: Callable[[np.ndarray], np.ndarray]) -> list[list[Arc]]:
@@ -27,7 +30,8 @@ def boundary_loops(arcs: Sequence[Arc], inside: Callable[[np.ndarray], np.ndarra
     pieces = [piece for arc in arcs for piece in _cut(arc, arcs)]
     angles = np.array([0.5 * (piece.start + piece.stop) for piece in pieces])
     middles = np.array([piece.at(angle) for piece, angle in zip(pieces, angles, strict=True)])
-    outward = BESIDE * np.column_stack((np.cos(angles), np.sin(angles)))
+    beside = np.minimum(BESIDE * np.array([piece.length for piece in pieces]), FURTHEST)
+    outward = beside[:, None] * np.column_stack((np.cos(angles), np.sin(angles)))
     within, beyond = inside(middles - outward), inside(middles + outward)
     boundary = [
         piece if near else piece.part(piece.stop, piece.start)
@@ -83,17 +87,19 @@ def _without_doubles(pieces: list[Arc]) -> list[Arc]:
 
 
 def _joined(pieces: list[Arc]) -> list[list[Arc]]:
-    """The pieces end to end, as closed loops."""
+    """The pieces end to end, as closed loops: each is followed by the one that starts nearest to its end."""
     rest, found = list(pieces), []
     while rest:
         loop = [rest.pop()]
-        first = loop[0].ends[0]
-        while np.abs(loop[-1].ends[1] - first).max() > 10 * SAME:
-            gaps = [float(np.abs(piece.ends[0] - loop[-1].ends[1]).max()) for piece in rest]
-            if not gaps or min(gaps) > 10 * SAME:
-                r, z = loop[-1].ends[1]
-                raise OmxError(f"the boundary has a gap at r, z = ({r:.3f}, {z:.3f}) mm; the arcs do not enclose it.")
-            loop.append(rest.pop(gaps.index(min(gaps))))
+        while True:
+            end = loop[-1].ends[1]
+            gaps = [float(np.abs(piece.ends[0] - end).max()) for piece in (loop[0], *rest)]
+            if min(gaps) > GAP:
+                raise OmxError(f"the boundary has a gap at r, z = ({end[0]:.3f}, {end[1]:.3f}) mm: arcs are missing.")
+            nearest = gaps.index(min(gaps))
+            if nearest == 0:
+                break
+            loop.append(rest.pop(nearest - 1))
         found.append(loop)
     return found
 

@@ -14,7 +14,7 @@ from ..geometry import COURSE, LIMITS, Geometry
 from .arcs import in_line
 
 #: Joint angles may exceed a limit by this much (rad), and the cosine of a bend may exceed 1: rounding.
-SLACK, REACH_SLACK = 1e-10, 1e-12
+SLACK, REACH_SLACK = 1e-11, 1e-13
 
 #: Points looked at in one go.
 BLOCK = 12_288

@@ -12,6 +12,10 @@ RUN_TIMEOUT_S = 90
 NOISE = ("GPU stall", "GL Driver Message", "WebGL-")
 
 
+#: The notebook in front.
+SHOWN = ".jp-NotebookPanel:not(.lm-mod-hidden)"
+
+
 class NotebookPage:
     """A notebook opened in JupyterLab; `errors` collects what the page's console complains about."""
 
@@ -44,7 +48,7 @@ class NotebookPage:
             if time.monotonic() > deadline:
                 raise TimeoutError(f"the kernel of {self.path.name} is busy after {RUN_TIMEOUT_S} s")
             self.page.wait_for_timeout(200)
-        idle = ".jp-NotebookPanel:not(.lm-mod-hidden) .jp-Notebook-ExecutionIndicator[data-status=idle]"
+        idle = f"{SHOWN} .jp-Notebook-ExecutionIndicator[data-status=idle]"
         self.page.locator(idle).first.wait_for(timeout=60_000, state="attached")
         self.page.wait_for_timeout(300)
 
@@ -86,26 +90,30 @@ class NotebookPage:
     def _scroll_to(self, selector):
         """JupyterLab draws only the cells near the window: turn the wheel until the element is there."""
         found = self.page.locator(selector)
-        box = self.page.locator(".jp-WindowedPanel-outer:visible, .jp-Notebook:visible").first.bounding_box()
+        box = self.page.locator(f"{SHOWN} .jp-WindowedPanel-outer").bounding_box()
         self.page.mouse.move(box["x"] + 20, box["y"] + box["height"] / 2)
         self.page.mouse.wheel(0, -100_000)
-        for _ in range(80):
-            self.page.wait_for_timeout(150)
+        at_end = False
+        while not at_end or self._something_is_coming():
+            self.page.wait_for_timeout(200)
             if found.count():
                 found.first.scroll_into_view_if_needed()
-                found.first.wait_for(timeout=20_000)
                 return found.first
-            if not self._turn_wheel(0.6 * box["height"]):
-                break
-        self.page.wait_for_timeout(3000)
-        return found.first if found.count() else None
+            at_end = not self._turn_wheel(0.7 * box["height"])
+        return None
+
+    def _something_is_coming(self):
+        """Is a scene in sight that is not drawn yet?"""
+        return self.page.locator(f"{SHOWN} .omx-scene:not([data-ready]):visible").count() > 0
 
     def _turn_wheel(self, distance):
         """Scroll down; False at the end of the notebook."""
-        where = "document.querySelector('.jp-NotebookPanel:not(.lm-mod-hidden) .jp-WindowedPanel-outer').scrollTop"
+        where = f"document.querySelector('{SHOWN} .jp-WindowedPanel-outer').scrollTop"
         before = self.page.evaluate(where)
         self.page.mouse.wheel(0, distance)
         self.page.wait_for_timeout(150)
+        while self._something_is_coming():
+            self.page.wait_for_timeout(100)
         return self.page.evaluate(where) != before
 
     def settle(self):

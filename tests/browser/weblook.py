@@ -1,0 +1,101 @@
+"""A page of the site, or a deck, in a browser that reaches nothing but this machine."""
+
+import base64
+import functools
+import http.server
+import io
+import threading
+from contextlib import contextmanager
+
+import numpy as np
+from PIL import Image
+
+#: What Chromium prints about its own software rendering.
+NOISE = ("GPU stall", "GL Driver Message", "WebGL-")
+
+
+class Quiet(http.server.SimpleHTTPRequestHandler):
+    def log_message(self, *_):
+        pass
+
+
+@contextmanager
+def served(folder):
+    """The address of a folder served on the loopback address."""
+    handler = functools.partial(Quiet, directory=folder)
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        try:
+            yield f"http://127.0.0.1:{server.server_port}/"
+        finally:
+            server.shutdown()
+
+
+class Look:
+    """A page with its `problems`: errors in the console, requests that fail or would leave."""
+
+    def __init__(self, context, home):
+        self.problems, self.weights, self._home = [], {}, home
+        self.page = context.new_page()
+        self.page.on("console", self._console)
+        self.page.on("pageerror", lambda error: self.problems.append(f"page error: {error}"))
+        self.page.on("request", self._request)
+        self.page.on("response", self._response)
+        self.page.route("**/*", lambda route: route.continue_() if self._stays(route.request.url) else route.abort())
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.page.close()
+
+    def open(self, path):
+        self.page.goto(self._home + path)
+        self.page.wait_for_load_state("load")
+        return self
+
+    def _stays(self, url):
+        return url.startswith((self._home, "data:", "blob:", "about:"))
+
+    def _console(self, message):
+        if message.type == "error" and not any(noise in message.text for noise in NOISE):
+            self.problems.append(f"console: {message.text}")
+
+    def _request(self, request):
+        if not self._stays(request.url):
+            self.problems.append(f"request leaves: {request.url}")
+
+    def _response(self, response):
+        if response.status >= 400:
+            self.problems.append(f"status {response.status}: {response.url}")
+        elif response.url.startswith(self._home):
+            self.weights[response.url[len(self._home) :].split("?")[0]] = response
+
+    def weight(self):
+        """Bytes of each file that the page loaded."""
+        return {name: len(response.body()) for name, response in self.weights.items()}
+
+    def wait_for_maths(self):
+        self.page.wait_for_function("window.MathJax?.startup?.promise !== undefined")
+        self.page.evaluate("MathJax.startup.promise")
+
+    # ---- scenes ------------------------------------------------------------------------------------------
+
+    def scene(self, box):
+        """The frame of a scene, ready; `box` is its element."""
+        box.scroll_into_view_if_needed()
+        box.locator("iframe").wait_for()
+        frame = box.locator("iframe").element_handle().content_frame()
+        frame.wait_for_selector("body[data-ready]", timeout=60_000)
+        return frame
+
+
+def picture(frame):
+    """What a scene shows, as an array (rows, columns, 3)."""
+    url = frame.evaluate("omxScene.capture()")
+    return np.asarray(Image.open(io.BytesIO(base64.b64decode(url.split(",")[1]))).convert("RGB"), float)
+
+
+def is_blank(image):
+    """Does the picture show nothing but a background that runs from one tone to another?"""
+    return np.abs(image - np.median(image, axis=1, keepdims=True)).max() < 40
