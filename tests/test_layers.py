@@ -27,7 +27,7 @@ ROWS = {
     },
     2: {**dict.fromkeys(("doctor", "log"), ()), **dict.fromkeys(("robot", "virtual"), ("serial",))},
     3: {"view": {"meshcat", "anywidget", "umsgpack", *JUPYTER}, "plots": {"matplotlib"}, "check": ()},
-    4: {"panel": JUPYTER},
+    4: {"panel": {"anywidget", *JUPYTER}},
 }
 SIDE = {"symbolic": {"sympy"}, "codegen": {"sympy", "nbformat", "nbclient"}}  # notebooks and tests use these
 SIDE_USES = {"errors", "arrays", "dh", "geometry", "symbolic", "codegen"}

@@ -26,6 +26,8 @@ APPROACH = (0.0, -1.05, 0.35, 0.7)
 LONGEST_S = 32.0  # the profile register ends at 32737 ms
 SHORTEST_S = 0.2
 HOLD_S = 0.2
+#: A joint that is farther (ticks) from its own set-point than this is being held up by something.
+HOLD_SLACK = units.ANGLE.raw(math.radians(3.0))
 PARK_SPEED = math.radians(30.0)
 SLOW = math.radians(10.0)
 LOOK_S = 0.02
@@ -343,7 +345,9 @@ class Driver:
         if self.mode != "position":
             self._set_up(servo, "position", on=True)
             return
-        present = self.bus.read(servo, "present_position")
+        present, aim = self.bus.read(servo, "present_position"), self.bus.read(servo, "position_trajectory")
+        if abs(aim - present) <= HOLD_SLACK:  # holding what it aims at, the arm does not sag a little more each time
+            present = aim
         self.bus.write(servo, "profile_acceleration", 0)
         self.bus.write(servo, "profile_velocity", _milliseconds(HOLD_S))
         low, high = self.bus.read(servo, "min_position_limit"), self.bus.read(servo, "max_position_limit")
