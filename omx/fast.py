@@ -10,7 +10,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from importlib.util import find_spec
-from math import nan, pi, sqrt, tan, tau
+from math import nan, pi, tan, tau
 from os import cpu_count
 from types import FunctionType
 from typing import NamedTuple

@@ -100,7 +100,7 @@ def fk(q, geometry: Geometry = COURSE) -> np.ndarray:
     """T_base_tool, (..., 4, 4), mm, for joint angles `q`, (..., 4), rad. Raises `BadInput`."""
     q = _four_or_rows(q, "q", JOINT_ANGLES)
     if type(q) is tuple:
-        return np.array(_fk.transform(*q, *geometry.values))
+        return np.array(_fk.transform(*(q + geometry.values)))
     return _matrices(_fk.transform_batch, q, geometry, (4, 4))
 
 
@@ -112,7 +112,7 @@ def pose(q, geometry: Geometry = COURSE):
     q = _four_or_rows(q, "q", JOINT_ANGLES)
     if type(q) is not tuple:
         return _pose_batch(q, geometry)
-    x, y, z, pitch = _fk.pose(*q, *geometry.values)
+    x, y, z, pitch = _fk.pose(*(q + geometry.values))
     return _new(Pose, (x, y, z, pitch if pitch > -pi else pi))
 
 
@@ -123,7 +123,7 @@ def frames(q, geometry: Geometry = COURSE) -> np.ndarray:
         return geometry.chain.frames(q)
     out = np.empty((5, 4, 4))
     out[0] = np.eye(4)
-    out[1:] = _fk.frames(*q, *geometry.values)
+    out[1:] = _fk.frames(*(q + geometry.values))
     return out
 
 
@@ -131,7 +131,7 @@ def jacobian(q, geometry: Geometry = COURSE) -> np.ndarray:
     """The geometric Jacobian, (..., 6, 4): linear rows first (mm/rad), then angular rows, base frame."""
     q = _four_or_rows(q, "q", JOINT_ANGLES)
     if type(q) is tuple:
-        return np.array(_jacobian.jacobian(*q, *geometry.values))
+        return np.array(_jacobian.jacobian(*(q + geometry.values)))
     return _matrices(_jacobian.jacobian_batch, q, geometry, (6, 4))
 
 
@@ -193,7 +193,7 @@ def _plain(x, y, z, pitch):
 
 def _branches(target, geometry, limits):
     pose = _plain(*target)
-    *angles, D_front, D_back = _ik.branches(*pose, *geometry.values)
+    *angles, D_front, D_back = _ik.branches(*(pose + geometry.values))
     missing = None
     solutions = []
     for q, (front, elbow_up) in zip(angles, BRANCHES, strict=True):
@@ -203,7 +203,7 @@ def _branches(target, geometry, limits):
             solutions.append(IKSolution(q, front, elbow_up, _verdict(q, limits)))
             continue
         if missing is None:
-            missing = _ik.missing(*pose, *geometry.values)
+            missing = _ik.missing(*(pose + geometry.values))
         solutions.append(IKSolution(None, front, elbow_up, (), missing[not front]))
     return tuple(solutions)
 

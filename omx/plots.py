@@ -10,7 +10,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.patches import Arc
+from matplotlib.patches import Arc, PathPatch
+from matplotlib.path import Path
 
 from . import kinematics
 from .geometry import COURSE, Geometry
@@ -53,8 +54,16 @@ class Picture:
 
 
 def planar(
-    arms, labels: Sequence[str] = (), angles: bool = False, target=None, path=None, unit: str = "mm", alt: str = "",
-    across: str = "x", up: str = "y",
+    arms,
+    labels: Sequence[str] = (),
+    *,
+    angles: bool = False,
+    target=None,
+    path=None,
+    unit: str = "mm",
+    alt: str = "",
+    across: str = "x",
+    up: str = "y",
 ) -> Picture:
     """Arms in their plane. Each of `arms` is an array (n + 1, 2): the base and every articulation, tip last.
 
@@ -151,7 +160,7 @@ def heat_map(across, up, values, x: str, y: str, z: str, marks=(), alt: str = ""
 
 
 def _axes(x: str, y: str, square: bool = False, size=(6.4, 4.6)):
-    figure = Figure(figsize=(6.4, 5.2) if square else size, layout="constrained")
+    figure = Figure(figsize=(6.2, 4.8) if square else size, layout="constrained")
     axes = figure.add_subplot()
     axes.set_xlabel(x, fontsize=12)
     axes.set_ylabel(y, fontsize=12)
@@ -227,3 +236,69 @@ def _point(point, unit: str) -> str:
 def _span(values) -> str:
     values = np.asarray(values, float)
     return f"{np.nanmin(values):.4g} and {np.nanmax(values):.4g}"
+
+
+def cloud(points, title: str = "", unit: str = "mm", alt: str = "") -> Picture:
+    """Points (N, 3) in space, coloured by their height z. `title` stands above; `unit` is that of the axes."""
+    points = np.asarray(points, float)
+    figure = Figure(figsize=(7.0, 5.4), layout="constrained")
+    axes = figure.add_subplot(projection="3d")
+    dots = axes.scatter(*points.T, c=points[:, 2], cmap="cividis", s=3, lw=0, alpha=0.6)
+    figure.colorbar(dots, ax=axes, label=f"z ({unit})", shrink=0.7).solids.set_alpha(1.0)
+    for axis, name in zip("xyz", "xyz", strict=True):
+        getattr(axes, f"set_{axis}label")(f"{name} ({unit})", fontsize=11)
+    axes.set_title(title, fontsize=12)
+    axes.set_aspect("equal")
+    spans = ", ".join(f"{name} between {_span(values)} {unit}" for name, values in zip("xyz", points.T, strict=True))
+    return Picture(figure, f"{alt or 'Points in space'}: {len(points)} points, {spans}.")
+
+
+def plane(polygons=(), arcs=(), points=None, r: str = "r (mm)", z: str = "z (mm)", alt: str = "") -> Picture:
+    """Figures in the plane r, z: `polygons` (n, 2) filled together, holes left out; `arcs` (n, 2) as thin lines.
+
+    `points`: (N, 2), as dots.
+    """
+    figure, axes = _axes(r, z, square=True)
+    told = []
+    if len(polygons):
+        _filled(axes, polygons)
+        told.append(f"{len(polygons)} closed outline{'s' * (len(polygons) != 1)}")
+    for arc, colour in zip(arcs, _cycle(), strict=False):
+        axes.plot(*np.asarray(arc, float).T, color=colour, lw=1.4)
+    if len(arcs):
+        told.append(f"{len(arcs)} arcs")
+    if points is not None:
+        axes.plot(*np.asarray(points, float).T, ls="", marker=".", ms=2, color=INK, alpha=0.35, rasterized=True)
+        told.append(f"{len(points)} points")
+    _finish(axes, margin=0.05)
+    everything = np.vstack([*polygons, *arcs, *([] if points is None else [points])])
+    spans = f"{r} between {_span(everything[:, 0])}, {z} between {_span(everything[:, 1])}"
+    return Picture(figure, f"{alt or 'Figures in the plane'}: {', '.join(told)}; {spans}.")
+
+
+def plane_map(
+    across, up, values, label: str, outlines=(), r: str = "r (mm)", z: str = "z (mm)", alt: str = ""
+) -> Picture:
+    """A value in each cell of the plane r, z: `values` (len(up), len(across)), NaN left blank; equal scales.
+
+    `label`: what the colours mean, with its unit. `outlines`: polygons (n, 2) drawn on top.
+    """
+    across, up, values = (np.asarray(a, float) for a in (across, up, values))
+    figure, axes = _axes("r (mm)", "z (mm)", square=True)
+    mesh = axes.pcolormesh(across, up, np.ma.masked_invalid(values), cmap="cividis", shading="nearest", rasterized=True)
+    figure.colorbar(mesh, ax=axes, label=label, shrink=0.85)
+    for outline in outlines:
+        axes.plot(*np.vstack((outline, outline[:1])).T, color=COLOURS[4], lw=1.6)
+    axes.grid(False)
+    row, column = np.unravel_index(np.nanargmax(values), values.shape)
+    best = f"largest {values[row, column]:.4g}, first at ({across[column]:.4g}, {up[row]:.4g}) mm"
+    return Picture(figure, f"{alt or 'Map of the plane'}, {label}: smallest {np.nanmin(values):.4g}, {best}.")
+
+
+def _filled(axes, polygons) -> None:
+    """All polygons as one shape, so that one inside another is a hole."""
+    closed = [np.vstack((p, p[:1])) for p in polygons]
+    codes = [[Path.MOVETO, *[Path.LINETO] * (len(p) - 2), Path.CLOSEPOLY] for p in closed]
+    shape = Path(np.vstack(closed), np.concatenate(codes))
+    axes.add_patch(PathPatch(shape, fc=COLOURS[5], ec=COLOURS[0], lw=1.6, alpha=0.55))
+    axes.autoscale_view()

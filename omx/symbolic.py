@@ -3,6 +3,8 @@
 Only notebooks, tests and `omx.codegen` import this module; the arm itself never needs SymPy.
 """
 
+import re
+
 import sympy as sp
 from sympy.simplify.fu import TR10i
 
@@ -32,6 +34,13 @@ class wrap(sp.Function):
 
     def fdiff(self, argindex=1):
         return sp.Integer(1)
+
+
+class Unit(sp.Symbol):
+    """A unit behind a number, set upright: `274 mm`."""
+
+    def _latex(self, printer) -> str:
+        return rf"\,\mathrm{{{self.name}}}"
 
 
 def dh_matrix(theta, d, a, alpha) -> sp.Matrix:
@@ -85,7 +94,8 @@ def residual(difference, relations=()):
 
     `relations`: pairs (symbol, expression for its square), for symbols bound by an identity, such as
     `(s, 1 - D**2)`; they are used in their order. What is left is exactly 0 if, and only if, the difference is 0
-    for all angles and all symbols that keep the relations. Works on an expression or a matrix.
+    for all angles and all symbols that keep the relations; half an angle counts as an angle of its own. Works on
+    an expression or a matrix.
     """
     if isinstance(difference, sp.MatrixBase):
         return difference.applyfunc(lambda entry: residual(entry, relations))
@@ -130,6 +140,22 @@ def show(name: str, *forms) -> sp.Eq:
     return equation
 
 
+def short(expression):
+    """Sines and cosines as textbooks abbreviate them: `cos(q2 + q3)` as c_23. For display only."""
+    waves = sorted(expression.atoms(sp.sin, sp.cos), key=sp.default_sort_key)
+    return expression.xreplace({wave: _abbreviated(wave) for wave in waves})
+
+
+def _abbreviated(wave):
+    """`sin(q2 + delta)` as the symbol s_2delta; unchanged where the angle is more than a sum of symbols."""
+    terms = sp.Add.make_args(wave.args[0])
+    if not all(term.is_Symbol for term in terms):
+        return wave
+    words = [term.name[1:] if re.fullmatch(r"q\d+", term.name) else sp.latex(term) for term in terms]
+    subscript = "".join(sorted(words, key=lambda word: (not word.isdigit(), word)))
+    return sp.Symbol(f"{type(wave).__name__[0]}_{{{subscript}}}", real=True)
+
+
 def numbers(expression, values: dict, digits: int = 3, unit: str = ""):
     """`expression` with `values` put in, rounded to `digits` decimals: to be shown beside the formula.
 
@@ -144,4 +170,4 @@ def numbers(expression, values: dict, digits: int = 3, unit: str = ""):
         raise BadInput(f"`values` must hold a number for every symbol; it lacks {missing}.")
     value = round(float(number), digits)
     value = sp.Integer(int(value)) if value.is_integer() else sp.Float(value, 15)
-    return sp.Mul(value, sp.Symbol(unit), evaluate=False) if unit else value
+    return sp.Mul(value, Unit(unit), evaluate=False) if unit else value

@@ -1,6 +1,8 @@
 """Geometry: named lengths that do not change, and the two descriptions of the arm side by side."""
 
 import copy
+import subprocess
+import sys
 from math import asin, degrees, dist, hypot, pi
 
 import numpy as np
@@ -115,3 +117,17 @@ def test_replace_refuses_unknown_lengths():
 def test_the_dog_leg_in_two_ways():
     assert asin(24 / 130) != pytest.approx(MAKER.delta, abs=1e-5)
     assert hypot(128, 24) - 130 == pytest.approx(0.2306, abs=5e-5)
+
+
+OTHER_TABLE = """
+import importlib, omx, omx.geometry
+from omx.generated import fk
+del fk.PARAMETERS["delta"]
+geometry = importlib.reload(omx.geometry)
+assert (geometry.COURSE.L2, geometry.MAKER.L1) == (130, 76.5)
+"""
+
+
+def test_a_readers_table_without_the_dog_leg_does_not_stop_the_import():
+    done = subprocess.run([sys.executable, "-c", OTHER_TABLE], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr

@@ -21,6 +21,7 @@ ROWS = {
     },
     1: {
         **dict.fromkeys(("kinematics", "differential", "workspace", "trajectory", "accuracy", "safety"), ()),
+        "fast": {"numba"},
         "dynamixel.bus": (),
         "dynamixel.sdk": {"dynamixel_sdk"},
         "dynamixel.serial_line": {"serial"},

@@ -335,7 +335,9 @@ def test_unknown_command_and_chapter(clone):
 
 def test_only_commands_whose_tool_exists_are_offered(clone):
     offered = {line.split()[0] for line in clone.run().stdout.splitlines()[2:]}
-    assert offered == {"test", "lock"}
+    assert offered == {command.name for command in launch.COMMANDS if (clone.root / command.needs).exists()}
+    assert {"test", "lock"} <= offered
+    assert "lab" not in offered, "there are no notebooks in this copy"
 
 
 def test_the_tool_starts_clean(clone):

@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 from omx import BadInput, DHRow, OmxError
-from omx.symbolic import NotEqual, dh_matrix, exact, gather, numbers, prove_equal, residual, show, wrap
+from omx.symbolic import NotEqual, dh_matrix, exact, gather, numbers, prove_equal, residual, short, show, wrap
 from tests import oracles
 
 q1, q2, q3, q4, delta = q = sp.symbols("q1:5 delta", real=True)
@@ -159,6 +159,21 @@ def test_numbers_puts_values_in_and_rounds():
 def test_numbers_names_the_symbol_without_a_value():
     with pytest.raises(BadInput, match="it lacks L1, q1"):
         numbers(L1 * sp.sin(q1) + L2, {L2: 3})
+
+
+def test_a_unit_stands_behind_the_number_and_converts_nothing():
+    assert sp.latex(numbers(L1, {L1: 77}, unit="mm")) == r"77 \,\mathrm{mm}"
+    assert str(numbers(L1, {L1: 0}, unit="mm")) == "0*mm"
+    assert numbers(sp.deg(q1), {q1: sp.pi / 6}, unit="deg").args[0] == 30
+
+
+def test_short_abbreviates_sums_of_symbols_and_leaves_other_angles():
+    total = sp.Symbol("q3") + sp.Symbol("q12") + sp.Symbol("delta")
+    assert sp.latex(short(sp.cos(q1) * sp.sin(q1))) == "c_{1} s_{1}"
+    assert sp.latex(short(sp.sin(sp.Symbol("q2") + sp.Symbol("q3")))) == "s_{23}"
+    assert sp.latex(short(sp.cos(sp.Symbol("q2") + sp.Symbol("delta")))) == r"c_{2\delta}"
+    assert short(sp.sin(total - 2 * q1)) == sp.sin(total - 2 * q1)
+    assert short(sp.Matrix([[L1, sp.cos(q1)]])).shape == (1, 2)
 
 
 def test_show_is_an_equation_with_one_or_more_sides():

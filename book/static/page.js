@@ -21,13 +21,25 @@
     picture.src = url;
   }
 
+  // What the theme leaves unnamed, or names otherwise than it reads.
+  document.querySelectorAll("summary[aria-label], button.search-button-field[aria-label]").forEach((b) => {
+    if (b.innerText.trim()) b.removeAttribute("aria-label");
+  });
+  document.querySelectorAll("summary").forEach((s) => {
+    if (!s.innerText.trim()) s.setAttribute("aria-label", "Show or hide the pages below");
+  });
+
   // Wide tables and formulas scroll inside their box: let the keyboard reach them.
-  const boxes = "div.math, .cell_output .output, .pst-scrollable-table-container, div.highlight pre";
+  const boxes = "div.math, mjx-container, .cell_output .output, .pst-scrollable-table-container, div.highlight pre, .omx-answer";
   const reachable = () => {
     for (const box of document.querySelectorAll(boxes)) {
-      if (box.scrollWidth > box.clientWidth + 1) box.tabIndex = 0;
+      if (box.scrollWidth > box.clientWidth + 1 && getComputedStyle(box).overflowX !== "visible") box.tabIndex = 0;
     }
   };
-  window.addEventListener("load", () => setTimeout(reachable, 300));
+  window.addEventListener("load", async () => {
+    await window.MathJax?.startup?.promise;
+    reachable();
+    document.body.dataset.settled = "true";
+  });
   window.addEventListener("resize", reachable);
 })();

@@ -5,13 +5,17 @@ are; prose may change freely. Scenes and panels come out as HTML (OMX_VIEW=share
 goes to build/executed, not into `omx`.
 """
 
+import base64
 import concurrent.futures
 import copy
 import hashlib
+import io
 import json
 import os
 import time
 from pathlib import Path
+
+from PIL import Image
 
 from book.tools import execute, normalise
 from book.tools.place import ENVIRONMENT, NOTEBOOKS, ROOT
@@ -43,9 +47,20 @@ def run(path, package, folder):
     generated.mkdir(parents=True, exist_ok=True)
     variables = {**os.environ, "OMX_VIEW": "shared", "OMX_GENERATED": str(generated)}
     notebook = execute.run(path, env=variables)
+    for output in [output for cell in notebook.cells for output in cell.get("outputs", [])]:
+        if "image/png" in output.get("data", {}):
+            output["data"]["image/png"] = slim(output["data"]["image/png"])
     notebook.metadata["omx_key"] = key(path, package)
     kept(path, folder).write_text(json.dumps(notebook, indent=1), encoding="utf-8")
     return f"{path.name} ran in {time.perf_counter() - start:.1f} s"
+
+
+def slim(png):
+    """A picture (base64) in 128 colours: for line drawings the same to the eye, at a third of the bytes."""
+    picture = Image.open(io.BytesIO(base64.b64decode(png))).convert("RGB")
+    small = io.BytesIO()
+    picture.quantize(128, dither=Image.Dither.NONE).save(small, "png", optimize=True)
+    return min(png, base64.b64encode(small.getvalue()).decode(), key=len)
 
 
 def merged(path, folder=FOLDER):

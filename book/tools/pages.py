@@ -29,9 +29,20 @@ def prepared(cell):
             cell["metadata"]["tags"] = [*tags, "hide-cell" if tag == "solution" else "hide-input"]
             prompts = {"code_prompt_show": FOLDED[tag], "code_prompt_hide": "Hide"}
             cell["metadata"]["mystnb"] = {**cell["metadata"].get("mystnb", {}), **prompts}
+    if cell["cell_type"] == "code" and (about := picture_of(cell)):
+        cell["metadata"]["mystnb"] = {**cell["metadata"].get("mystnb", {}), "image": about}
     if cell["cell_type"] == "markdown":
         cell["source"] = boxed(normalise.text_of(cell["source"]), tags)
     return cell
+
+
+def picture_of(cell):
+    """Alt text and width of a cell's picture, from where `omx.plots` puts them, as MyST-NB wants them."""
+    for output in cell.get("outputs", []):
+        about = output.get("metadata", {}).get("image/png")
+        if about:
+            return {"alt": about.get("alt", ""), "width": f"{about['width']}px"} if "width" in about else about
+    return None
 
 
 def boxed(text, tags):

@@ -5,7 +5,7 @@ Every check fails closed: an answer that is missing, of the wrong type, or not a
 
 from .answers import expression, that, value
 from .functions import configurations, derivative, function, round_trip
-from .setup import setup
+from .selftest import setup
 from .wrong import Wrong
 
 __all__ = [

@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 
+from ..errors import BadInput
 from ..geometry import HOME, LIMITS, ZERO
 from .answers import compare, correct
 from .wrong import Wrong, as_numbers, present
@@ -19,7 +20,7 @@ def function(function, reference, samples, name: str = "", unit: str = "", parts
     `unit` and `parts` describe the result, as in `value`. Raises `Wrong`, naming the first sample that fails.
     """
     name = _named(function, name)
-    rows = [_arguments(sample) for sample in samples]
+    rows = [_arguments(sample) for sample in _some(samples)]
     expected = [np.asarray(reference(*row), float) for row in rows]
     answers = [_shaped(call(function, row, name), want, name) for row, want in zip(rows, expected, strict=True)]
     _degrees_taken(answers, reference, rows, expected, name)
@@ -39,7 +40,7 @@ def round_trip(there, back, samples, name: str = "", unit: str = "", parts: str 
     One of the two is the student's. `there` may return a tuple or an array; `back` takes it as one argument.
     """
     name = _named(there, name)
-    rows = [np.asarray(sample, float) for sample in samples]
+    rows = [np.asarray(sample, float) for sample in _some(samples)]
     answers = []
     for row in rows:
         middle = call(there, (row,), name)
@@ -55,7 +56,7 @@ def round_trip(there, back, samples, name: str = "", unit: str = "", parts: str 
 def derivative(derivative, function, samples, name: str = "", within: float = 1e-6) -> None:
     """`derivative(q)`, (m, n), must be the slope of `function(q)`, (m,), by central differences. Raises `Wrong`."""
     name = _named(derivative, name)
-    rows = [np.asarray(sample, float) for sample in samples]
+    rows = [np.asarray(sample, float) for sample in _some(samples)]
     expected = [_differences(function, row) for row in rows]
     answers = [_shaped(call(derivative, (row,), name), want, name) for row, want in zip(rows, expected, strict=True)]
     scale = max(1.0, max(float(np.abs(e).max()) for e in expected))
@@ -106,7 +107,7 @@ def _hint(error: Exception, function, arguments) -> str:
         return f"It is called with {len(arguments)} argument{'s' * (len(arguments) != 1)}."
     if isinstance(error, TypeError) and ("scalar" in text or "0-dim" in text or "real number" in text):
         return "math.cos and its kin take one number; did you mean np.cos?"
-    if isinstance(error, TypeError) and "callable method" in text:
+    if isinstance(error, TypeError) and "no callable" in text:
         return "NumPy's functions cannot take symbols; did you mean sp.cos?"
     return f"It was called with {_written(arguments)}."
 
@@ -161,6 +162,13 @@ def _differences(function, q: np.ndarray) -> np.ndarray:
         step[j] = STEP
         columns.append((np.asarray(function(q + step), float) - np.asarray(function(q - step), float)) / (2 * STEP))
     return np.stack(columns, axis=-1)
+
+
+def _some(samples) -> list:
+    samples = list(samples)
+    if not samples:
+        raise BadInput("`samples` must hold at least one sample: a check without any would always pass.")
+    return samples
 
 
 def _arguments(sample) -> tuple:

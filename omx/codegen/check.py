@@ -2,6 +2,7 @@
 
 import difflib
 import os
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -29,17 +30,25 @@ def run_notebook(name: str, target: Path) -> None:
     """Run a chapter in a kernel of its own, its generated modules going to `target`. Raises `OmxError`."""
     import nbformat
     from nbclient import NotebookClient
-    from nbclient.exceptions import CellExecutionError
+    from nbclient.exceptions import CellExecutionError, CellTimeoutError, DeadKernelError
 
-    path = NOTEBOOKS / f"{name}.ipynb"
-    if not path.exists():
-        raise OmxError(f"{path} is missing; the generated modules can only be checked in a clone of the book.")
-    notebook = nbformat.read(path, as_version=4)
+    notebook = nbformat.read(NOTEBOOKS / f"{name}.ipynb", as_version=4)
     client = NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(NOTEBOOKS)}})
     try:
-        client.execute(env={**os.environ, "OMX_GENERATED": str(target)})
+        client.execute(env={**os.environ, "OMX_GENERATED": str(target)}, stderr=subprocess.DEVNULL)
     except CellExecutionError as error:
         raise OmxError(f"notebooks/{name}.ipynb stops with {error.ename}: {error.evalue}") from error
+    except (CellTimeoutError, DeadKernelError) as error:
+        raise OmxError(f"notebooks/{name}.ipynb does not finish: {error}") from error
+
+
+def chapters() -> list[str]:
+    """The notebooks that write the generated modules; `OmxError` names one that is missing."""
+    names = sorted(set(sources().values()))
+    for name in names:
+        if not (NOTEBOOKS / f"{name}.ipynb").exists():
+            raise OmxError(f"{NOTEBOOKS / name}.ipynb is missing, but a generated module names it as its source.")
+    return names
 
 
 def files(folder: Path) -> dict[str, Path]:
@@ -71,14 +80,14 @@ def main(arguments: list[str]) -> int:
 
 
 def _write() -> int:
-    for name in sorted(set(sources().values())):
+    for name in chapters():
         print(f"running notebooks/{name}.ipynb", flush=True)
         run_notebook(name, GENERATED)
     return 0
 
 
 def _check() -> int:
-    notebooks = sorted(set(sources().values()))
+    notebooks = chapters()
     with tempfile.TemporaryDirectory() as folder:
         for name in notebooks:
             run_notebook(name, Path(folder))

@@ -57,7 +57,7 @@ export function transform(q1, q2, q3, q4, L1, L2, L3, L4, delta) {
     ];
 }
 
-/** T_0_1 .. T_0_4, each as rows of a 4x4 matrix. 55 operations and 8 sines and cosines. */
+/** T_0_1 .. T_0_4, each as rows of a 4x4 matrix. 47 operations and 8 sines and cosines. */
 export function frames(q1, q2, q3, q4, L1, L2, L3, L4, delta) {
     const s1 = Math.sin(q1);
     const c1 = Math.cos(q1);
@@ -73,9 +73,9 @@ export function frames(q1, q2, q3, q4, L1, L2, L3, L4, delta) {
     const r_2 = L2*s2_delta;
     const z_2 = L1 + L2*c2_delta;
     const r_3 = L3*c23 + r_2;
-    const z_3 = L1 + L2*c2_delta - L3*s23;
-    const r_4 = L3*c23 + L4*c234 + r_2;
-    const z_4 = L1 + L2*c2_delta - L3*s23 - L4*s234;
+    const z_3 = z_2 - L3*s23;
+    const r_4 = L4*c234 + r_3;
+    const z_4 = z_3 - L4*s234;
     const T_0_1 = [
         [c1, 0, -s1, 0],
         [s1, 0, c1, 0],

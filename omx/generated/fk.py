@@ -119,7 +119,7 @@ def frames(
     q1: float, q2: float, q3: float, q4: float,
     L1: float, L2: float, L3: float, L4: float, delta: float,
 ) -> tuple:
-    """T_0_1 .. T_0_4, each as rows of a 4x4 matrix. 55 operations and 8 sines and cosines."""
+    """T_0_1 .. T_0_4, each as rows of a 4x4 matrix. 47 operations and 8 sines and cosines."""
     s1, c1 = sin(q1), cos(q1)
     q23 = q2 + q3
     s23, c23 = sin(q23), cos(q23)
@@ -130,9 +130,9 @@ def frames(
     r_2 = L2*s2_delta
     z_2 = L1 + L2*c2_delta
     r_3 = L3*c23 + r_2
-    z_3 = L1 + L2*c2_delta - L3*s23
-    r_4 = L3*c23 + L4*c234 + r_2
-    z_4 = L1 + L2*c2_delta - L3*s23 - L4*s234
+    z_3 = z_2 - L3*s23
+    r_4 = L4*c234 + r_3
+    z_4 = z_3 - L4*s234
     T_0_1 = (
         (c1, 0, -s1, 0),
         (s1, 0, c1, 0),
@@ -176,9 +176,9 @@ def frames_batch(
     r_2 = L2*s2_delta
     z_2 = L1 + L2*c2_delta
     r_3 = L3*c23 + r_2
-    z_3 = L1 + L2*c2_delta - L3*s23
-    r_4 = L3*c23 + L4*c234 + r_2
-    z_4 = L1 + L2*c2_delta - L3*s23 - L4*s234
+    z_3 = z_2 - L3*s23
+    r_4 = L4*c234 + r_3
+    z_4 = z_3 - L4*s234
     T_0_1 = (
         (c1, 0, -s1, 0),
         (s1, 0, c1, 0),

@@ -1,9 +1,9 @@
-// Sine, cosine and arc tangent as polynomials, for machine code.
+// Sine, cosine and arc tangent as polynomials, exact to rounding in the ranges given.
 //
 // Written by notebooks/11-workspace.ipynb. Do not edit: change the chapter and run it.
 // Lengths are in mm, angles in rad.
 
-/** sine for |t| <= 1.5708, to 1e-16. 16 operations and 0 sines and cosines. */
+/** Sine of t, |t| <= pi/2. 16 operations and 0 sines and cosines. */
 export function sine(t) {
     const u = t*t;
     return (
@@ -13,7 +13,7 @@ export function sine(t) {
     );
 }
 
-/** cosine for |t| <= 1.5708, to 4e-18. 17 operations and 0 sines and cosines. */
+/** Cosine of t, |t| <= pi/2. 17 operations and 0 sines and cosines. */
 export function cosine(t) {
     const u = t*t;
     return (
@@ -23,7 +23,7 @@ export function cosine(t) {
     );
 }
 
-/** arc_tangent for |t| <= 0.4142, to 3e-17. 22 operations and 0 sines and cosines. */
+/** Arc tangent of t, |t| <= tan(pi/8). 22 operations and 0 sines and cosines. */
 export function arc_tangent(t) {
     const u = t*t;
     return (

@@ -23,7 +23,7 @@ class RowView(Scene):
     """
 
     def __init__(self, row=(0, 0, 0, 0), *, height: int = 380, dark: bool = False, camera: Camera = Camera.ISO):
-        super().__init__(height=height, dark=dark, camera=camera, aim=(0.02, 0.02, 0.04), distance=0.66, floor=-80.0)
+        super().__init__(height=height, dark=dark, camera=camera, aim=(0.02, 0.04, 0.035), distance=0.58, floor=-80.0)
         self.row = row
 
     @property

@@ -50,8 +50,7 @@ CHAPTERS = [path for path in pages() if path.startswith("notebooks/")]
 
 @pytest.mark.parametrize("path", pages())
 def test_a_page_loads_whole_is_light_and_stays_at_home(look, path):
-    look.open(path)
-    look.page.wait_for_timeout(300)
+    look.open(path).settle()
     weight = look.weight()
     own = sum(size for name, size in weight.items() if name not in SHARED)
     assert look.problems == []
@@ -60,7 +59,7 @@ def test_a_page_loads_whole_is_light_and_stays_at_home(look, path):
 
 @pytest.mark.parametrize("path", CHAPTERS)
 def test_a_chapter_shows_formulas_scenes_and_no_dead_widget(look, path):
-    look.open(path).wait_for_maths()
+    look.open(path).settle()
     assert look.page.locator("mjx-container").count() == look.page.locator(".math").count() or maths_is_typeset(look)
     assert look.page.locator("mjx-merror").count() == 0
     assert look.page.locator("script[type*='widget']").count() == 0
@@ -169,9 +168,8 @@ def test_every_link_inside_the_site_leads_somewhere(look, home):
 def test_no_serious_accessibility_error(browser, home, path, theme):
     context = browser.new_context(viewport={"width": 1280, "height": 860}, color_scheme=theme)
     with Look(context, home) as look:
-        look.open(path).wait_for_maths()
+        look.open(path).settle()
         look.page.add_script_tag(path=AXE)
-        look.page.wait_for_timeout(600)
         found = look.page.evaluate("axe.run(document, {iframes: false})")["violations"]
     context.close()
     serious = [
@@ -186,6 +184,6 @@ def test_the_page_fits_a_phone(browser, home):
     context = browser.new_context(viewport={"width": 390, "height": 844}, is_mobile=True, has_touch=True)
     with Look(context, home) as look:
         for path in ["book/index.html", *CHAPTERS]:
-            look.open(path).wait_for_maths()
+            look.open(path).settle()
             assert look.page.evaluate("document.documentElement.scrollWidth") <= 390, path
     context.close()

@@ -75,9 +75,9 @@ class Look:
         """Bytes of each file that the page loaded."""
         return {name: len(response.body()) for name, response in self.weights.items()}
 
-    def wait_for_maths(self):
-        self.page.wait_for_function("window.MathJax?.startup?.promise !== undefined")
-        self.page.evaluate("MathJax.startup.promise")
+    def settle(self):
+        """Wait until the formulas are typeset."""
+        self.page.wait_for_selector("body[data-settled]", timeout=90_000)
 
     # ---- scenes ------------------------------------------------------------------------------------------
 

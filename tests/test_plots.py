@@ -1,0 +1,159 @@
+"""Figures: what is drawn stands where the kinematics says, every axis has a unit, and the alt text tells it all."""
+
+import io
+import math
+import re
+import subprocess
+import sys
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+import omx
+from omx import plots
+
+Q = (0.3, -0.4, 0.5, 0.2)
+ARM = np.array([[0, 0], [1, 1.732], [0, 3.464], [-1, 3.464]])
+GRID = np.linspace(0, 1, 5)
+PICTURES = {
+    "planar": lambda: plots.planar([ARM, -ARM], ["one", "other"], angles=True, target=(1, 1), path=ARM),
+    "side_view": lambda: plots.side_view(Q, omx.HOME, labels=["here", "home"], target=(200, 100)),
+    "branches": lambda: plots.side_view(*omx.ik([150, 0, 200, 0])),
+    "curves": lambda: plots.curves(GRID, {"a": GRID, "b": -GRID}, "q3 (deg)", "det (mm^3)", marks=[(0.5, "half")]),
+    "one curve": lambda: plots.curves(GRID, {"": GRID}, "t (s)", "q1 (deg)"),
+    "heat_map": lambda: plots.heat_map(
+        GRID, GRID, np.add.outer(GRID, GRID), "q2 (deg)", "q3 (deg)", "w (mm)", marks=[(0, 0, "zero")]
+    ),
+}
+
+
+@pytest.fixture(params=PICTURES)
+def picture(request):
+    return PICTURES[request.param]()
+
+
+def axes_of(picture):
+    return picture.figure.axes[0]
+
+
+def line_points(picture):
+    """The points (n, 2) of every line that is drawn thick: the links."""
+    return [line.get_xydata() for line in axes_of(picture).lines if line.get_linewidth() > 2.5]
+
+
+# ---- every picture ---------------------------------------------------------------------------------------
+
+
+def test_every_axis_has_a_title_with_a_unit(picture):
+    axes = axes_of(picture)
+    for title in (axes.get_xlabel(), axes.get_ylabel()):
+        assert re.fullmatch(r".+ \(.+\)", title)
+
+
+def test_the_bundle_is_a_png_with_its_alt_text(picture):
+    data, metadata = picture._repr_mimebundle_()
+    assert data["text/plain"] == f"Figure: {picture.alt}" == repr(picture)
+    image = matplotlib.image.imread(io.BytesIO(data["image/png"]))
+    shown = metadata["image/png"]
+    assert shown["alt"] == picture.alt
+    assert image.shape[:2] == (2 * shown["height"], 2 * shown["width"])
+    assert 0.005 < np.mean(image[..., :3].min(axis=2) < 0.9) < 0.6  # neither blank nor black
+
+
+def test_the_alt_text_is_a_sentence_of_words_and_numbers(picture):
+    assert len(picture.alt.split()) >= 8
+    assert re.search(r"\d", picture.alt)
+    assert picture.alt.endswith(".")
+    assert "\n" not in picture.alt
+
+
+def test_the_same_picture_has_the_same_bytes(picture):
+    assert picture.png() == picture.png()
+
+
+def test_words_are_large_enough_to_read(picture):
+    axes = axes_of(picture)
+    texts = [axes.xaxis.label, axes.yaxis.label, *axes.get_xticklabels(), *axes.texts]
+    assert min(text.get_fontsize() for text in texts) >= 11
+
+
+def test_colours_differ_in_grey_too():
+    """Neighbours in the palette differ in luminance or are told apart by dash, width or label as well."""
+    assert len(set(plots.COLOURS)) == len(plots.COLOURS)
+    drawn = [(line.get_color(), line.get_linestyle()) for line in axes_of(PICTURES["curves"]()).lines[:2]]
+    assert len({colour for colour, _ in drawn}) == len({style for _, style in drawn}) == 2
+
+
+def test_pyplot_and_its_global_state_are_never_loaded():
+    code = "import sys, omx.plots; omx.plots.planar([[[0, 0], [1, 1]]]).png(); assert 'matplotlib.pyplot' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+# ---- what is drawn ---------------------------------------------------------------------------------------
+
+
+def test_a_planar_arm_is_drawn_point_by_point():
+    drawn = line_points(PICTURES["planar"]())
+    np.testing.assert_allclose(drawn[0], ARM)
+    np.testing.assert_allclose(drawn[1], -ARM)
+
+
+@pytest.mark.parametrize("x", [(0.5, 0.7, 0.4), (-0.5, 2.9, -2.0), (3.0, 3.0, 3.0)])
+def test_the_arcs_span_the_joint_angles(x):
+    directions = np.cumsum(x)
+    arm = np.vstack([[0, 0], np.cumsum(np.column_stack([np.cos(directions), np.sin(directions)]), axis=0)])
+    arcs = axes_of(plots.planar([arm], angles=True)).patches
+    spans = [math.radians(arc.theta2 - arc.theta1) for arc in arcs]
+    np.testing.assert_allclose(spans, np.abs(x), atol=1e-9)
+
+
+@pytest.mark.parametrize("q", [Q, omx.ZERO, omx.HOME, (2.5, 1.2, -1.3, 0.4)])
+@pytest.mark.parametrize("geometry", [omx.COURSE, omx.MAKER])
+def test_the_side_view_runs_through_the_frames(q, geometry):
+    points = line_points(plots.side_view(q, geometry=geometry))[0]
+    frames = omx.frames(q, geometry)
+    r = frames[:, 0, 3] * math.cos(q[0]) + frames[:, 1, 3] * math.sin(q[0])
+    np.testing.assert_allclose(np.delete(points, 2, axis=0), np.column_stack([r, frames[:, 2, 3]]), atol=1e-9)
+
+
+def test_the_dog_leg_has_a_right_angle_and_24_mm():
+    points = line_points(plots.side_view(Q))[0]
+    up, forward = points[2] - points[1], points[3] - points[2]
+    assert math.isclose(up @ forward, 0, abs_tol=1e-9)
+    assert math.isclose(np.linalg.norm(forward), 24)
+
+
+def test_all_branches_of_a_pose_meet_at_its_tip_and_illegal_ones_are_dashed():
+    solutions = omx.ik([60, 0, 200, 0.3])
+    assert all(s.reachable for s in solutions)
+    assert {s.legal for s in solutions} == {True, False}
+    picture = plots.side_view(*solutions)
+    for points in line_points(picture):
+        np.testing.assert_allclose(points[-1], [60, 200], atol=1e-9)
+    dashed = [line.get_linestyle() == "--" for line in axes_of(picture).lines if line.get_linewidth() > 1.5]
+    assert sum(dashed) == sum(not s.legal for s in solutions)
+    assert picture.alt.count("beyond a joint limit") == sum(not s.legal for s in solutions)
+
+
+def test_branches_out_of_reach_are_left_out_and_an_empty_view_says_so():
+    assert len(line_points(plots.side_view(*omx.ik([250, 0, 100, 0])))) == 2
+    nothing = plots.side_view(*omx.ik([600, 0, 204, 0]))
+    assert line_points(nothing) == []
+    assert "no branch is within reach" in nothing.alt
+
+
+def test_a_heat_map_shows_its_values_and_leaves_nan_blank():
+    values = np.array([[1.0, 2.0, np.nan], [4.0, 5.0, 6.0]])
+    picture = plots.heat_map([0, 1, 2], [10, 20], values, "a (deg)", "b (deg)", "c (mm)")
+    drawn = axes_of(picture).collections[0].get_array()
+    np.testing.assert_array_equal(np.ma.filled(drawn, np.nan).reshape(2, 3), values)
+    assert "smallest 1, largest 6, at 2 and 20" in picture.alt
+
+
+def test_curves_are_the_values_given():
+    picture = PICTURES["curves"]()
+    for line, sign in zip(axes_of(picture).lines[:2], (1, -1), strict=True):
+        np.testing.assert_array_equal(line.get_xydata(), np.column_stack([GRID, sign * GRID]))
+    assert "half is marked at 0.5" in picture.alt
+    assert "a lies between 0 and 1" in picture.alt
