@@ -223,9 +223,11 @@ def _store(w, first, count, q, reachable, legal, ends):
         for i in range(count):
             column[first + i] = w[j * ROUND + i]
     for i in range(count):
+        reachable[first + i] = w[i] == w[i]  # out of reach is NaN
+    low1, high1, low2, high2, low3, high3, low4, high4 = ends
+    for i in range(count):
         q1, q2, q3, q4 = w[i], w[ROUND + i], w[2 * ROUND + i], w[3 * ROUND + i]
-        reachable[first + i] = q1 == q1  # out of reach is NaN
         legal[first + i] = (
-            (q1 >= ends[0]) & (q1 <= ends[1]) & (q2 >= ends[2]) & (q2 <= ends[3])
-            & (q3 >= ends[4]) & (q3 <= ends[5]) & (q4 >= ends[6]) & (q4 <= ends[7])
+            (q1 >= low1) & (q1 <= high1) & (q2 >= low2) & (q2 <= high2)
+            & (q3 >= low3) & (q3 <= high3) & (q4 >= low4) & (q4 <= high4)
         )  # fmt: skip

@@ -6,6 +6,7 @@ with a unit for each column and one line a sample, every number in full precisio
 
 import csv
 import math
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -124,6 +125,39 @@ def ticks(seconds: float, rate: float, clock: Clock | None = None) -> Iterator[f
         if wait > 0:
             clock.sleep(wait)
         yield clock.now() - start
+
+
+class ProgressBar:
+    """Draws `[########............]  40 %` in a terminal or a notebook; call it with the share done, 0 .. 1.
+
+    Each call draws over the one before, on one line; 1 ends the line. Where nothing can be drawn over (a file, a
+    pipe) only the end is written. A stream that cannot be written to is no reason to stop what is being done.
+    """
+
+    def __init__(self, text: str = "", width: int = 40, stream=None):
+        self.text, self.width, self._stream, self._drawn = text, width, stream or sys.stdout, ""
+        in_notebook = type(self._stream).__module__.startswith("ipykernel")
+        self._live = in_notebook or bool(getattr(self._stream, "isatty", bool)())
+
+    def __call__(self, share: float) -> None:
+        share = min(max(float(share), 0.0), 1.0)
+        full = math.floor(share * self.width + 1e-9)
+        line = f"{self.text}[{'#' * full}{'.' * (self.width - full)}] {math.floor(100 * share + 1e-9):3d} %"
+        if line != self._drawn and (self._live or share == 1.0):
+            self._drawn = line
+            self._write(("\r" if self._live else "") + line + ("\n" if share == 1.0 else ""))
+
+    def _write(self, text: str) -> None:
+        try:
+            self._stream.write(text)
+            self._stream.flush()
+        except (OSError, ValueError):  # closed, or a pipe that nobody reads
+            self._live = False
+
+
+def progress_bar(text: str = "", width: int = 40) -> ProgressBar:
+    """A progress bar for `Robot.log(..., progress=progress_bar())` and for loops of your own."""
+    return ProgressBar(text, width)
 
 
 def write_log(log: Log, path) -> Path:

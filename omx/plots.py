@@ -238,16 +238,16 @@ def _span(values) -> str:
     return f"{np.nanmin(values):.4g} and {np.nanmax(values):.4g}"
 
 
-def cloud(points, title: str = "", unit: str = "mm", alt: str = "") -> Picture:
-    """Points (N, 3) in space, coloured by their height z. `title` stands above; `unit` is that of the axes."""
+def cloud(points, unit: str = "mm", alt: str = "") -> Picture:
+    """Points (N, 3) in space, coloured by their height z. `unit` is that of the axes."""
     points = np.asarray(points, float)
     figure = Figure(figsize=(7.0, 5.4), layout="constrained")
     axes = figure.add_subplot(projection="3d")
-    dots = axes.scatter(*points.T, c=points[:, 2], cmap="cividis", s=3, lw=0, alpha=0.6)
+    dots = axes.scatter(*points.T, c=points[:, 2], cmap="cividis", s=5, lw=0, alpha=0.8)
     figure.colorbar(dots, ax=axes, label=f"z ({unit})", shrink=0.7).solids.set_alpha(1.0)
     for axis, name in zip("xyz", "xyz", strict=True):
-        getattr(axes, f"set_{axis}label")(f"{name} ({unit})", fontsize=11)
-    axes.set_title(title, fontsize=12)
+        getattr(axes, f"set_{axis}label")(f"{name} ({unit})", fontsize=11, labelpad=8)
+    axes.locator_params(nbins=5)
     axes.set_aspect("equal")
     spans = ", ".join(f"{name} between {_span(values)} {unit}" for name, values in zip("xyz", points.T, strict=True))
     return Picture(figure, f"{alt or 'Points in space'}: {len(points)} points, {spans}.")

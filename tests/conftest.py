@@ -11,6 +11,7 @@ import pytest
 
 from book.tools.kernels import BlockingSocketKernelManager
 from book.tools.normalise import clean_outputs
+from tests.sites import built_site  # noqa: F401 - a fixture
 
 ON_CI = bool(os.environ.get("CI"))
 CHROMIUM_NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")

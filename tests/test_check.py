@@ -198,6 +198,8 @@ def test_errors_inside_an_answer_are_explained():
     assert "did you mean np.cos?" in wrong(check.function, lambda q: math.cos(q), np.cos, list(Q))
     assert "did you mean sp.cos?" in wrong(check.function, lambda q: np.cos(x), np.cos, list(Q))
     assert "called with 1 argument" in wrong(check.function, lambda a, b: a, np.cos, list(Q))
+    unwritten = ...
+    assert "still the TODO" in wrong(check.function, lambda q: unwritten.fk(q), np.cos, list(Q))
     message = wrong(check.function, lambda q: 1 / 0, np.cos, list(Q), "inverse")
     assert "inverse stops with ZeroDivisionError" in message
     assert "called with ([0., 0., 0., 0.])" in message

@@ -93,7 +93,7 @@ def test_every_illness_reads_as_a_sentence_on_every_system():
     for key in ILLNESSES:
         for system in ("linux", "darwin", "win32"):
             told = str(find(key, 12, system, **{**facts, "wanted": "w" if key == "sdk_shadowed" else 1.0}))
-            assert "{" not in told
+            assert "{" not in told.replace("ATTR{latency_timer}", "")
             assert "why: " in told
 
 

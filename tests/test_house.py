@@ -93,6 +93,13 @@ def test_notebooks_holds_chapters_and_nothing_else():
     assert not strangers
 
 
+@pytest.mark.parametrize("name", ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"])
+def test_links_of_the_front_pages_lead_somewhere(name):
+    targets = re.findall(r"\]\(([^)#\s]+)", (ROOT / name).read_text(encoding="utf-8"))
+    lost = [target for target in targets if not re.match(r"[a-z]+:", target) and not (ROOT / target).exists()]
+    assert not lost
+
+
 # ---- versions live in environment.txt ------------------------------------------------------------------
 
 UPPER, LOWER = lock.halves((ROOT / "environment.txt").read_text(encoding="utf-8"))

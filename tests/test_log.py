@@ -1,5 +1,6 @@
 """Logs: what is written is read back to the last bit, and nothing that was sampled is lost."""
 
+import io
 import math
 import os
 
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 import omx
 from omx.dynamixel.clock import SteppedClock
 from omx.errors import BadInput
-from omx.log import LogError, Recorder, read_log, ticks, write_log
+from omx.log import LogError, ProgressBar, Recorder, read_log, ticks, write_log
 
 COLUMNS = {"t": "s", "q1": "deg", "current1": "mA"}
 
@@ -146,3 +147,50 @@ def test_ticks_keep_wall_time_unless_told_otherwise():
 def test_ticks_need_a_time_and_a_rate(seconds, rate):
     with pytest.raises(BadInput, match="`seconds`"):
         list(ticks(seconds, rate))
+
+
+# ---- the progress bar ----
+
+
+class Screen(io.StringIO):
+    """A terminal that shows what a person would see: a carriage return goes back and writes over."""
+
+    def isatty(self):
+        return True
+
+    def lines(self):
+        return [line.rsplit("\r", 1)[-1] for line in self.getvalue().split("\n")]
+
+
+def test_a_progress_bar_draws_over_itself_and_ends_its_line():
+    screen = Screen()
+    bar = ProgressBar("log ", 10, screen)
+    for i in range(101):
+        bar(i / 100)
+    assert screen.lines() == ["log [##########] 100 %", ""]
+    drawn = screen.getvalue().split("\r")[1:]
+    assert drawn == sorted(set(drawn), key=drawn.index)  # nothing is drawn twice
+    assert all(line.count("#") + line.count(".") == 10 for line in drawn)
+
+
+@pytest.mark.parametrize("share", [-1, 0, 0.5, 1, 2])
+def test_a_progress_bar_never_leaves_its_frame(share):
+    screen = Screen()
+    ProgressBar("", 10, screen)(share)
+    assert screen.lines()[0].startswith("[" + "#" * round(10 * min(max(share, 0), 1)))
+
+
+def test_a_progress_bar_in_a_file_is_one_line():
+    page = io.StringIO()
+    bar = ProgressBar("", 10, page)
+    for share in (0.0, 0.3, 1.0, 1.0):
+        bar(share)
+    assert page.getvalue() == "[##########] 100 %\n"
+
+
+def test_a_screen_that_is_gone_does_not_stop_the_work():
+    screen = Screen()
+    bar = ProgressBar("", 10, screen)
+    screen.close()
+    bar(0.5)
+    bar(1.0)

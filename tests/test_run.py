@@ -2,6 +2,7 @@
 
 import ast
 import hashlib
+import importlib.util
 import os
 import shutil
 import signal
@@ -338,6 +339,13 @@ def test_only_commands_whose_tool_exists_are_offered(clone):
     assert offered == {command.name for command in launch.COMMANDS if (clone.root / command.needs).exists()}
     assert {"test", "lock"} <= offered
     assert "lab" not in offered, "there are no notebooks in this copy"
+
+
+def test_every_command_runs_a_module_that_is_there():
+    for command in launch.COMMANDS:
+        assert (ROOT / command.needs).exists(), command
+        for call in command.calls:
+            assert importlib.util.find_spec(call.split()[1]), call
 
 
 def test_the_tool_starts_clean(clone):

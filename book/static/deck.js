@@ -22,7 +22,13 @@
   await Promise.all([...document.images].map((image) => image.decode().catch(() => {})));
 
   const tall = (section) => Math.max(...[...section.children].map((c) => c.offsetTop + c.offsetHeight), 0);
-  const wide = (section) => [...section.querySelectorAll("pre, table, .formula")].some((c) => c.scrollWidth > c.clientWidth + 2);
+  // Lines that are too long for the slide get smaller type, by as much as they must.
+  function narrow(block) {
+    const room = block.matches("table") ? WIDTH - 80 : block.clientWidth;
+    const need = block.matches("table") ? block.offsetWidth : block.scrollWidth;
+    if (need <= room + 1) return;
+    block.style.fontSize = `${parseFloat(getComputedStyle(block).fontSize) * (room / need) * 0.985}px`;
+  }
 
   // Smaller type down to what the last row can read; then a second slide.
   function fit(section) {
@@ -111,14 +117,10 @@
     section.dataset.small = section.style.fontSize;
   }
 
-  for (const section of document.querySelectorAll(".slides > section > section")) fit(section);
-  for (const section of document.querySelectorAll(".slides > section > section")) {
-    for (let size = 0.92; wide(section) && size > 0.5; size -= 0.06) {
-      for (const block of section.querySelectorAll("pre, table, .formula")) {
-        if (block.scrollWidth > block.clientWidth + 2) block.style.fontSize = `${size}em`;
-      }
-    }
-  }
+  const leaves = () => document.querySelectorAll(".slides > section > section");
+  const blocks = () => document.querySelectorAll(".slides pre, .slides table, .slides .formula");
+  for (const section of leaves()) fit(section);
+  for (const block of blocks()) narrow(block);
   document.body.classList.remove("measuring");
 
   await Reveal.initialize({

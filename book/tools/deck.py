@@ -15,6 +15,7 @@ from book.tools import cells
 from book.tools.normalise import text_of
 
 MOST_LINES = 20
+LINK = re.compile(r"\[([^\[\]]*)\]\((?!https?:)[^()#]*?([\w-]+)\.(ipynb|md)(?:#[^()]*)?\)")
 HIDDEN = ("remove-cell", "solution", "check")
 
 
@@ -121,12 +122,13 @@ def formula(latex):
 
 def prose(text):
     """Markdown as HTML: the dialect of the pages, with links to chapters leading to their decks."""
-    return _MARKDOWN.render(re.sub(r"\]\((?!https?:|#)[^)]*?([\w-]+)\.(ipynb|md)(#[^)]*)?\)", link, text))
+    return _MARKDOWN.render(LINK.sub(link, text))
 
 
 def link(found):
     """Another chapter is another deck; what is only on the site keeps its words and loses its link."""
-    return f"]({found[1]}.html)" if found[2] == "ipynb" else "]()"
+    words, name, kind = found.groups()
+    return f"[{words}]({name}.html)" if kind == "ipynb" else words
 
 
 def _maths(tokens, index, _options, _env, *, display):

@@ -20,6 +20,8 @@ from book.tools.place import ROOT, Stop
 BUILD = ROOT / "build"
 SITE, SHARED, DOCTREES = BUILD / "site", BUILD / "shared", BUILD / "doctrees"
 GENERATED = ("fk", "ik")
+ICON = re.compile(r'("?)([a-z0-9-]+)\1:\[\d+,\d+,\[[^\]]*\],"[0-9a-f]*",(?:"[^"]*"|\[[^\]]*\])\],?')
+ICON_FONT = re.compile(r'@font-face\{[^}]*Font Awesome[^}]*\}|(?:\.fa-[a-z0-9-]+,?)+\{--fa:"[^}]*\}')
 
 
 def build(fresh=False):
@@ -90,18 +92,19 @@ def finish(site=SITE):
 
 
 def thin_icons(site):
-    """Drop from the theme's 1.5 MB icon script every icon that no page uses."""
+    """Drop from the theme's icons, which are 1.7 MB, those that no page uses, and a second copy of all of them."""
     import pydata_sphinx_theme
 
-    script = site / "_static" / "scripts" / "fontawesome.js"
-    whole = Path(pydata_sphinx_theme.__file__).parent / "theme/pydata_sphinx_theme/static/scripts/fontawesome.js"
-    text = whole.read_text(encoding="utf-8")
+    theme = Path(pydata_sphinx_theme.__file__).parent / "theme/pydata_sphinx_theme/static"
+    script, style = Path("scripts/fontawesome.js"), Path("styles/pydata-sphinx-theme.css")
     wanted = {"xmark", "bars", "angle-right", "chevron-down", "chevron-up"}
     for page in [*site.rglob("*.html"), *site.glob("_static/scripts/*.js")]:
-        if page != script:
+        if page.name != script.name:
             wanted |= set(re.findall(r"fa-([a-z0-9-]+)", page.read_text(encoding="utf-8", errors="replace")))
-    entry = re.compile(r'("?)([a-z0-9-]+)\1:\[\d+,\d+,\[[^\]]*\],"[0-9a-f]*",(?:"[^"]*"|\[[^\]]*\])\],?')
-    script.write_text(entry.sub(lambda m: m.group(0) if m.group(2) in wanted else "", text), encoding="utf-8")
+    whole = (theme / script).read_text(encoding="utf-8")
+    thin = ICON.sub(lambda m: m.group(0) if m.group(2) in wanted else "", whole)
+    update(site / "_static" / script, thin.encode())
+    update(site / "_static" / style, ICON_FONT.sub("", (theme / style).read_text(encoding="utf-8")).encode())
 
 
 def serve(site=SITE, port=0):

@@ -98,6 +98,8 @@ def call(function, arguments, name: str):
 
 def _hint(error: Exception, function, arguments) -> str:
     text = str(error)
+    if "ellipsis" in text:
+        return "Something that it uses is still the TODO."
     if isinstance(error, NameError):
         found = re.search(r"'(\w+)'", text)
         if found and hasattr(np, found[1]):

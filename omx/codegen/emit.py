@@ -109,7 +109,7 @@ def operations(function: Function, parameters: Sequence[sp.Symbol]) -> str:
     calls = [node.func.id for node in nodes if isinstance(node, ast.Call)]
     trig = sum(name in ("sin", "cos") for name in calls)
     rest = sum(isinstance(node, (ast.BinOp, ast.UnaryOp)) for node in nodes) + len(calls) - trig
-    return f"{rest} operations and {trig} sines and cosines"
+    return f"{rest} operations and {trig} sines and cosines" if trig else f"{rest} operations"
 
 
 def signature(name: str, groups: Sequence[Sequence[str]], returns: str) -> list[str]:

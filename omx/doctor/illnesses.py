@@ -51,7 +51,7 @@ ILLNESSES: dict[str, tuple[str, str, str, str | dict[str, str]]] = {
         {
             "linux": "`sudo usermod -aG dialout $USER`, then log out and in again. Never chmod 777: it opens the port "
             "to everyone, and only until the plug is pulled.",
-            "darwin": "Use the name that begins with /dev/tty.usb or /dev/cu.usb; a managed Mac may forbid USB devices.",
+            "darwin": "Use the name that begins with /dev/tty.usb or /dev/cu.usb; a managed Mac may forbid it.",
             "win32": "Another program has it open: close it, or pull the plug and put it back.",
         },
     ),
@@ -62,7 +62,7 @@ ILLNESSES: dict[str, tuple[str, str, str, str | dict[str, str]]] = {
         {
             "linux": "Close that one: in JupyterLab, Kernel > Shut Down. `fuser -v {port}` shows who it is.",
             "darwin": "Close that one: in JupyterLab, Kernel > Shut Down. `lsof {port}` shows who it is.",
-            "win32": "Close that one (error 5 means the same): in JupyterLab, Kernel > Shut Down; also DYNAMIXEL Wizard.",
+            "win32": "Close that one (error 5 means the same): in JupyterLab, Kernel > Shut Down.",
         },
     ),
     "modem_manager": (
@@ -134,7 +134,7 @@ ILLNESSES: dict[str, tuple[str, str, str, str | dict[str, str]]] = {
         {
             "linux": "`echo 1 | sudo tee /sys/bus/usb-serial/devices/{short}/latency_timer`. For good, the udev rule: "
             'ACTION=="add", SUBSYSTEM=="usb-serial", DRIVER=="ftdi_sio", ATTR{{latency_timer}}="1".',
-            "darwin": "Apple's own driver has no such setting: install FTDI's VCP driver, whose LatencyTimer is 1 or 2.",
+            "darwin": "Apple's own driver has no such setting: install FTDI's VCP driver: its LatencyTimer is 1.",
             "win32": "Device Manager > Ports > the adapter > Properties > Port Settings > Advanced > Latency Timer: 1.",
         },
     ),

@@ -39,7 +39,8 @@ def _shadowed(report: Report, found, package: str, wanted: str) -> None:
 
 
 def _brings(distribution, package: str) -> bool:
-    return any(str(file).startswith(f"{package}/") for file in distribution.files or ())
+    record = distribution.read_text("RECORD") or distribution.read_text("installed-files.txt") or ""
+    return f"\n{package}/" in f"\n{record}"
 
 
 def _changed(distribution, package: str) -> list[str]:

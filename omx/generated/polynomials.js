@@ -3,7 +3,7 @@
 // Written by notebooks/11-workspace.ipynb. Do not edit: change the chapter and run it.
 // Lengths are in mm, angles in rad.
 
-/** Sine of t, |t| <= pi/2. 16 operations and 0 sines and cosines. */
+/** Sine of t, |t| <= pi/2. 16 operations. */
 export function sine(t) {
     const u = t*t;
     return (
@@ -13,7 +13,7 @@ export function sine(t) {
     );
 }
 
-/** Cosine of t, |t| <= pi/2. 17 operations and 0 sines and cosines. */
+/** Cosine of t, |t| <= pi/2. 17 operations. */
 export function cosine(t) {
     const u = t*t;
     return (
@@ -23,7 +23,7 @@ export function cosine(t) {
     );
 }
 
-/** Arc tangent of t, |t| <= tan(pi/8). 22 operations and 0 sines and cosines. */
+/** Arc tangent of t, |t| <= tan(pi/8). 22 operations. */
 export function arc_tangent(t) {
     const u = t*t;
     return (

@@ -6,7 +6,7 @@ Lengths are in mm, angles in rad.
 
 
 def sine(t: float) -> float:
-    """Sine of t, |t| <= pi/2. 16 operations and 0 sines and cosines."""
+    """Sine of t, |t| <= pi/2. 16 operations."""
     u = t*t
     return (
         t*(0.9999999999999999 + u*(u*(0.008333333333282756 + u*(u*(2.7557316609073673e-06
@@ -16,7 +16,7 @@ def sine(t: float) -> float:
 
 
 def cosine(t: float) -> float:
-    """Cosine of t, |t| <= pi/2. 17 operations and 0 sines and cosines."""
+    """Cosine of t, |t| <= pi/2. 17 operations."""
     u = t*t
     return (
         1.0 + u*(u*(0.04166666666666388 + u*(u*(2.4801587277414926e-05 + u*(u*(2.0876561839933163e-09
@@ -26,7 +26,7 @@ def cosine(t: float) -> float:
 
 
 def arc_tangent(t: float) -> float:
-    """Arc tangent of t, |t| <= tan(pi/8). 22 operations and 0 sines and cosines."""
+    """Arc tangent of t, |t| <= tan(pi/8). 22 operations."""
     u = t*t
     return (
         t*(1.0 + u*(u*(0.1999999999885511 + u*(u*(0.11111106180455946 + u*(u*(0.07689953496306857

@@ -14,9 +14,11 @@ from ..dh import limit_violations
 from ..dynamixel import registers as reg
 from ..dynamixel import units
 from ..dynamixel.bus import Bus
-from ..errors import BadInput, BusCorrupt, BusError, BusTimeout, OmxError, ServoRefused
+from ..errors import BadInput, BusCorrupt, BusError, BusTimeout, OmxError, PortLost
 from ..safety import Guard, stalled
 from .connect import Condition, NotReady, judge, look_over
+from .servos import HOLD_S, JOINTS, MODES, Servos, again
+from .trouble import ServoLost, ServoRestarted, Stalled, Stopped, TorqueOff, port_lost
 
 #: Where the arm lies when it is parked, folded together: least to fall when the torque goes off. Check it on yours.
 REST = (0.0, -1.45, 1.32, 0.2)
@@ -25,7 +27,6 @@ APPROACH = (0.0, -1.05, 0.35, 0.7)
 
 LONGEST_S = 32.0  # the profile register ends at 32737 ms
 SHORTEST_S = 0.2
-HOLD_S = 0.2
 #: A joint that is farther (ticks) from its own set-point than this is being held up by something.
 HOLD_SLACK = units.ANGLE.raw(math.radians(3.0))
 PARK_SPEED = math.radians(30.0)
@@ -39,28 +40,12 @@ STREAM_WATCHDOG_S = 0.4
 #: The longest step (rad) of a stream, from where the arm is: it may lag a little behind.
 STREAM_STEP = math.radians(8.0)
 
-_PROFILE = reg.block("profile_acceleration", "profile_velocity")
+#: How old a reading may be to hold blindly where it was.
+FRESH_S = 1.5
+#: How long a servo that restarts is silent, and a little more.
+RESTART_S = 0.6
+
 _HEALTH = reg.block("present_voltage", "present_temperature")
-_JOINTS = reg.JOINT_IDS
-
-
-class Stopped(OmxError):
-    """The stop button was pressed; the arm holds. `resume()` allows commands again."""
-
-
-class TorqueOff(OmxError):
-    """The motors are off, so there is nothing to command."""
-
-
-class Stalled(OmxError):
-    """A joint pushes and does not move. `joint` is 1 .. 4, `current` in mA; the arm holds."""
-
-    def __init__(self, joint: int, current: float):
-        self.joint, self.current = joint, current
-        super().__init__(
-            f"joint {joint} is pushing on something ({abs(current):.0f} mA) and does not move. The arm holds. "
-            "Take away what is in its way, then move on."
-        )
 
 
 class Reading(NamedTuple):
@@ -79,40 +64,48 @@ class Driver:
         self.condition: Condition = look_over(bus)
         if self.condition.problems:
             raise NotReady(bus.name, self.condition.problems)
-        self.mode = "position"
+        self.servos = Servos(bus)
+        self._sending = threading.RLock()  # a stop must not come between the check for it and the goal
         self._profile_s: float | None = None
-        self._arrival = self.clock.now()
+        self._arrival = self._fed = self._health_at = self.clock.now()
         self._stopping = threading.Event()
         self._stall_since: dict[int, float] = {}
-        self._health_at = self.clock.now()
-        self._streaming = False
-        self.torque = all(bus.read_all(_JOINTS, "torque_enable").values())
-        if self.torque:
-            self.mode = _mode_name(bus.read(_JOINTS[0], "operating_mode"))
+        self._holding = False
+        self._seen: tuple[float, dict[int, int]] = (-math.inf, {})  # when, and where each joint was (ticks)
+        self.torque = any(self.servos.of_joints("torque_enable").values())
+        self.mode = self._mode_found() if self.torque else "position"
+        self._streaming = any(self.servos.of_joints("bus_watchdog").values())  # a stream that broke off
+
+    def _mode_found(self) -> str:
+        numbers = set(self.servos.of_joints("operating_mode").values())
+        return next((name for name, value in reg.MODES.items() if numbers == {value}), "mixed")
 
     # ---- looking ----
 
     def read(self) -> Reading:
         """Angles, speeds and currents of the four joints, in one transaction. Raises what is wrong with them."""
         try:
-            block = self.bus.read_block(_JOINTS)
-        except (BusTimeout, BusCorrupt):  # once in a while an answer is lost: reading again does no harm
-            block = self.bus.read_block(_JOINTS)
-        current, speed, q = zip(*(block[servo] for servo in _JOINTS), strict=True)
+            block = again(self.bus.read_block, JOINTS)  # once in a while an answer is lost
+        except (BusTimeout, BusCorrupt) as error:
+            self._silence(error)
+            raise
+        except PortLost as error:
+            raise port_lost(error) from error
+        self._seen = self.clock.now(), {servo: block[servo][2] for servo in JOINTS}
+        current, speed, q = zip(*(block[servo] for servo in JOINTS), strict=True)
         reading = Reading(
             tuple(units.POSITION.value(raw) for raw in q),
             tuple(units.VELOCITY.value(raw) for raw in speed),
             tuple(units.CURRENT.value(raw) for raw in current),
         )
-        if self.bus.alerts & set(_JOINTS):
+        if self.bus.alerts & set(JOINTS):
             self._fault()
         return reading
 
     def watch(self) -> Reading:
         """`read`, and hold with a reason if a joint stalls, is too hot or has too little voltage, or stop was hit."""
         reading = self.read()
-        if self._stopping.is_set():
-            raise Stopped("stopped: the arm holds. `robot.resume()` allows commands again.")
+        self._refuse_if_stopped()
         self._check_stall(reading)
         self._check_health()
         return reading
@@ -123,7 +116,7 @@ class Driver:
         for joint, since in self._stall_since.items():
             if now - since >= STALL_S:
                 self._stall_since = {}
-                self.hold()
+                self.halt()
                 raise Stalled(joint, reading.current[joint - 1])
 
     def _check_health(self) -> None:
@@ -131,37 +124,81 @@ class Driver:
             return
         self._health_at = self.clock.now() + HEALTH_S
         condition = Condition()
-        for servo, (volts, degrees) in self.bus.read_block(_JOINTS, _HEALTH).items():
+        for servo, (volts, degrees) in again(self.bus.read_block, JOINTS, _HEALTH).items():
             judge(servo, units.VOLTAGE.value(volts), degrees, condition)
             self.condition.volts[servo], self.condition.degrees[servo] = units.VOLTAGE.value(volts), degrees
         if condition.problems:
-            self.hold()
+            self.halt()
             raise NotReady(f"{self.bus.name} holds: the arm", condition.problems)
+        self._check_torque()
+
+    def _check_torque(self) -> None:
+        """A motor that is off although we switched it on: an error, or a restart that nobody noticed."""
+        if self.torque:
+            off = [servo for servo, on in self.servos.of_joints("torque_enable").items() if not on]
+            if off:
+                self._fault()
+                self._restarted(off)
+
+    # ---- when something is wrong ----
 
     def _fault(self) -> None:
-        """A servo has its alert bit set: the others hold, and the reason is raised."""
+        """A servo has its alert bit set, or no torque: the others hold, and the hardware error is raised."""
+        self.halt()
+        again(self.bus.check_hardware, JOINTS)
+
+    def _silence(self, error: BusError) -> None:
+        """Someone did not answer twice: the others hold, and whoever is back after a restart is caught."""
+        self.halt()
+        if not self.torque:
+            return
+        gone, until = self._servos(), self.clock.now() + RESTART_S
+        while True:
+            there = self.bus.scan(gone)
+            gone = [servo for servo in gone if servo not in there]
+            if not gone or self.clock.now() >= until:
+                break
+            self.clock.sleep(LOOK_S)
+        if gone:
+            raise ServoLost(self.bus.name, "answer", gone, [s for s in self._servos() if s not in gone]) from error
+        self._check_torque()
+
+    def _restarted(self, servos) -> None:
+        caught = [servo for servo in servos if self._caught(servo)]
+        self._profile_s = None
+        raise ServoRestarted(self.bus.name, servos, held=len(caught) == len(servos))
+
+    def _caught(self, servo: int) -> bool:
         with contextlib.suppress(BusError):
-            self.hold()
-        self.torque = False
-        self.bus.check_hardware(_JOINTS)
+            self.servos.set_up(servo, self._mode_of(servo), on=True)
+            return True
+        return False
+
+    def halt(self) -> None:
+        """Hold on our own account, once; what fails then does not hide the reason for it."""
+        if self.torque and not self._holding:
+            with contextlib.suppress(OmxError):
+                self.hold()
 
     # ---- setting up ----
 
     def torque_on(self) -> None:
         """Set every servo up and switch it on where it stands: the goal becomes the present position first."""
         self._refuse_if_stopped()
+        self._profile_s, self._holding = None, True
+        if self.mode == "mixed":
+            self.mode = "position"
         for servo in self._servos():
-            self._set_up(servo, self.mode if servo in _JOINTS else "position", on=True)
-        self._profile_s = None
-        self.torque = True
+            self.torque = True  # from the first one on
+            self.servos.set_up(servo, self._mode_of(servo), on=True)
+        self._streaming = False
 
     def relax(self) -> None:
         """Torque off: **the arm falls**. Support it first, or `park` instead."""
-        self.leave_stream()
         errors = []
-        for servo in self._servos():
+        for call, *args in [(self.leave_stream,), *((self.servos.put, s, "torque_enable", 0) for s in self._servos())]:
             try:
-                self.bus.write(servo, "torque_enable", 0)
+                call(*args)
             except BusError as error:
                 errors.append(error)
         self.torque = False
@@ -174,46 +211,28 @@ class Driver:
             raise BadInput(f"`mode` must be 'position', 'velocity' or 'current'; got {mode!r}.")
         self._refuse_if_stopped()
         self.leave_stream()
-        for servo in _JOINTS:
-            self._set_up(servo, mode, on=self.torque)
-        self.mode, self._profile_s = mode, None
-
-    def _set_up(self, servo: int, mode: str, on: bool) -> None:
-        """Drive mode, operating mode, both read back; profile; goal := present; torque. In this order.
-
-        Drive and operating mode live in the EEPROM, which is locked while the torque is on. Only if one of them is
-        wrong does the torque go off, for some milliseconds and one servo at a time.
-        """
-        bus, number = self.bus, reg.MODES[mode]
-        drive = bus.read(servo, "drive_mode")
-        reverse = drive & reg.DRIVE_REVERSE if servo == reg.GRIPPER_ID else 0
-        wanted = {"drive_mode": reg.DRIVE_TIME_BASED | reverse, "operating_mode": number}
-        if drive != wanted["drive_mode"] or bus.read(servo, "operating_mode") != number:
-            bus.write(servo, "torque_enable", 0)
-            for name, value in wanted.items():
-                bus.write(servo, name, value)
-                if bus.read(servo, name) != value:
-                    raise ServoRefused(bus.name, f"take {name} = {value}", servo, 0, "it reads back another value")
-        if bus.read(servo, "bus_watchdog"):
-            bus.write(servo, "bus_watchdog", 0)
-        bus.write(servo, "profile_velocity", _milliseconds(HOLD_S))
-        bus.write(servo, "profile_acceleration", _milliseconds(HOLD_S) // 4)
-        if mode == "position" and not bus.read(servo, "torque_enable"):
-            present = bus.read(servo, "present_position")
-            low, high = bus.read(servo, "min_position_limit"), bus.read(servo, "max_position_limit")
-            bus.write(servo, "goal_position", min(max(present, low), high))
-        if on:
-            bus.write(servo, "torque_enable", 1)
+        self._profile_s = None
+        before, self.mode = self.mode, "mixed"  # until all are done
+        for servo in JOINTS:
+            self.servos.set_up(servo, mode, on=self.torque)
+        self.mode, self._holding = mode, before == mode and self._holding
 
     def recover(self) -> list[int]:
-        """Reboot each servo that reports a hardware error, and switch it on again where it stands. Their ids."""
-        faulty = [servo for servo, bits in self.bus.read_all(self._servos(), "hardware_error").items() if bits]
+        """Reboot each servo that reports a hardware error, and switch on again, where it stands, what has no torque.
+
+        A servo that reboots is limp for half a second: support the arm. Returns the ids of the servos rebooted.
+        """
+        bits = again(self.bus.read_all, self._servos(), "hardware_error")
+        faulty = [servo for servo in bits if bits[servo]]
         for servo in faulty:
             self.bus.reboot(servo)
             self.clock.sleep(0.5)
-            self._set_up(servo, self.mode if servo in _JOINTS else "position", on=True)
+            self.servos.set_up(servo, self._mode_of(servo), on=True)
         self._profile_s = None
-        self.torque = all(self.bus.read_all(_JOINTS, "torque_enable").values())
+        off = [servo for servo, on in self.servos.of_joints("torque_enable").items() if not on]
+        for servo in off if self.torque else ():
+            self.servos.set_up(servo, self._mode_of(servo), on=True)
+        self.torque = all(self.servos.of_joints("torque_enable").values())
         return faulty
 
     # ---- moving ----
@@ -232,11 +251,35 @@ class Driver:
         seconds = max(slowest.seconds(present, goal, seconds), SHORTEST_S)
         if seconds > LONGEST_S:
             raise BadInput(f"`seconds` must be at most {LONGEST_S:.0f}, the longest profile of a servo; got {seconds}.")
-        self._set_profile(seconds)
-        ticks = {servo: units.POSITION.raw(angle) for servo, angle in zip(_JOINTS, goal, strict=True)}
-        self.bus.write_all("goal_position", ticks)
-        self._arrival = self.clock.now() + seconds
+        ticks = {servo: units.POSITION.raw(angle) for servo, angle in zip(JOINTS, goal, strict=True)}
+        self._check_settings()
+        try:
+            with self._sending:
+                self._refuse_if_stopped()
+                self._holding = False
+                self.leave_stream()
+                self._set_profile(seconds)
+                self._arrival = self.clock.now() + seconds
+                self.servos.send(ticks)
+        except BaseException:  # an interrupt too: it may have set off
+            self.halt()
+            raise
         return tuple(units.POSITION.value(tick) for tick in ticks.values()), seconds
+
+    def _check_settings(self) -> None:
+        """Is every joint still as we set it up? After a restart, or another program, a goal would mean full speed."""
+        self._check_torque()
+        wanted = (reg.DRIVE_TIME_BASED, reg.MODES["position"])
+        found = again(self.bus.read_block, JOINTS, MODES)
+        wrong = [
+            f"servo {servo} has drive mode {got[0]} and operating mode {got[1]} instead of {wanted[0]} and "
+            f"{wanted[1]}, so goals would not take the time given: `robot.write_motor_state(True)` sets it up"
+            for servo, got in found.items()
+            if got != wanted
+        ]
+        if wrong:
+            raise NotReady(self.bus.name, wrong)
+        self._profile_s = None
 
     def guard_violations(self, q) -> tuple:
         """The joints of `q` outside the guard's hard limits."""
@@ -254,17 +297,22 @@ class Driver:
         far = max(abs(a - b) for a, b in zip(goal, reading.q, strict=True))
         if far > STREAM_STEP:
             raise BadInput(f"the next point of the stream is {math.degrees(far):.1f} deg away; `move_to` it first.")
-        self._set_profile(seconds)
-        self._stream()
-        ticks = {servo: units.POSITION.raw(angle) for servo, angle in zip(_JOINTS, goal, strict=True)}
-        self.bus.write_all("goal_position", ticks)
-        self._arrival = self.clock.now() + seconds
+        if not self._streaming:
+            self._check_settings()
+        ticks = {servo: units.POSITION.raw(angle) for servo, angle in zip(JOINTS, goal, strict=True)}
+        with self._sending:
+            self._refuse_if_stopped()
+            self._holding = False
+            self._stream()
+            self._set_profile(seconds)
+            self.bus.write_all("goal_position", ticks)
+            self._arrival = self.clock.now() + seconds
         return reading
 
     def wait(self, patience_s: float = 1.0) -> Reading:
         """Wait until the motion has ended, watching the arm; returns the last reading.
 
-        An interrupt makes the arm hold. Raises what `watch` raises.
+        An interrupt, or any error, makes the arm hold. Raises what `watch` raises.
         """
         try:
             while True:
@@ -274,8 +322,8 @@ class Driver:
                     self.leave_stream()
                     return reading
                 self.clock.sleep(LOOK_S)
-        except KeyboardInterrupt:
-            self.hold()
+        except BaseException:
+            self.halt()
             raise
 
     @property
@@ -295,9 +343,8 @@ class Driver:
             )
         q = self.watch().q
         self.guard.check([a + v * STREAM_WATCHDOG_S for a, v in zip(q, speeds, strict=True)], q)
-        self._stream()
-        raw = {servo: units.VELOCITY.raw(v) for servo, v in zip(_JOINTS, speeds, strict=True)}
-        self.bus.write_all("goal_velocity", raw)
+        raw = {servo: units.VELOCITY.raw(v) for servo, v in zip(JOINTS, speeds, strict=True)}
+        self._send_stream("goal_velocity", raw)
         return tuple(units.VELOCITY.value(value) for value in raw.values())
 
     def currents(self, milliamps) -> tuple[float, ...]:
@@ -307,10 +354,16 @@ class Driver:
         if max(map(abs, milliamps)) > STALL_MA:
             raise BadInput(f"`currents` may be at most {STALL_MA:.0f} mA; got {max(map(abs, milliamps)):.0f}.")
         self.guard.check(self.watch().q)
-        self._stream()
-        raw = {servo: units.CURRENT.raw(mA) for servo, mA in zip(_JOINTS, milliamps, strict=True)}
-        self.bus.write_all("goal_current", raw)
+        raw = {servo: units.CURRENT.raw(mA) for servo, mA in zip(JOINTS, milliamps, strict=True)}
+        self._send_stream("goal_current", raw)
         return tuple(units.CURRENT.value(value) for value in raw.values())
+
+    def _send_stream(self, name: str, raw: dict[int, int]) -> None:
+        with self._sending:
+            self._refuse_if_stopped()
+            self._holding = False
+            self._stream()
+            self.bus.write_all(name, raw)
 
     # ---- stopping ----
 
@@ -327,31 +380,36 @@ class Driver:
         """Stop where the arm is, torque on. Does what it can even if servos are missing, then raises what failed."""
         if not self.torque:
             return
-        self.leave_stream()
-        self._arrival = self.clock.now() + HOLD_S
-        self._profile_s = None
-        failed = None
-        for servo in _JOINTS:
-            try:
-                self._hold_one(servo)
-            except BusError as error:
-                failed = failed or error
-        if self.mode != "position" and failed is None:
-            self.mode = "position"
+        with self._sending:
+            self._arrival = self.clock.now() + HOLD_S
+            self._profile_s, self._holding = None, True
+            position, failed = self.mode == "position", []
+            stand = self._stand if position else self._into_position
+            for step, *args in [(self.leave_stream,), *((stand, servo) for servo in JOINTS)]:
+                try:
+                    step(*args)
+                except BusError as error:
+                    failed.append(error)
+            if not failed:
+                self.mode = "position"
+            elif not position:
+                self.mode = "mixed"
         if failed:
-            raise failed
+            raise failed[0]
 
-    def _hold_one(self, servo: int) -> None:
-        if self.mode != "position":
-            self._set_up(servo, "position", on=True)
-            return
-        present, aim = self.bus.read(servo, "present_position"), self.bus.read(servo, "position_trajectory")
-        if abs(aim - present) <= HOLD_SLACK:  # holding what it aims at, the arm does not sag a little more each time
-            present = aim
-        self.bus.write(servo, "profile_acceleration", 0)
-        self.bus.write(servo, "profile_velocity", _milliseconds(HOLD_S))
-        low, high = self.bus.read(servo, "min_position_limit"), self.bus.read(servo, "max_position_limit")
-        self.bus.write(servo, "goal_position", min(max(present, low), high))
+    def _stand(self, servo: int) -> None:
+        """Hold one joint. If it does not answer it may still hear: it is told to stay where it was seen last."""
+        try:
+            self.servos.hold(servo)
+        except (BusTimeout, BusCorrupt):
+            when, where = self._seen
+            if self.clock.now() - when < FRESH_S:
+                for name, value in (("profile_acceleration", 0), ("profile_velocity", 1000), ("goal_position", None)):
+                    self.bus.write_all(name, {servo: where[servo] if value is None else value})
+            raise
+
+    def _into_position(self, servo: int) -> None:
+        self.servos.set_up(servo, "position", on=True)
 
     def park(self) -> None:
         """Slowly to the rest pose, then torque off. If the way is blocked the arm stays, torque on, and says why."""
@@ -359,7 +417,7 @@ class Driver:
             return
         self.resume()
         if self.mode != "position":
-            self.set_mode("position")
+            self.hold()
         for goal in (APPROACH, REST):
             q = self.read().q
             far = max(abs(a - b) for a, b in zip(q, goal, strict=True))
@@ -375,72 +433,69 @@ class Driver:
         if not self.condition.has_gripper:
             raise NotReady(self.bus.name, ["no gripper: servo 15 does not answer"])
         servo = reg.GRIPPER_ID
-        self.bus.write(servo, "profile_acceleration", 0)
-        self.bus.write(servo, "profile_velocity", _milliseconds(seconds))
-        self.bus.write(servo, "profile_acceleration", _milliseconds(seconds) // 4)
-        self.bus.write(servo, "goal_position", units.POSITION.raw(self._gripper_sense() * servo_angle))
+        if self.torque and not self.servos.get(servo, "torque_enable"):
+            self._gripper_off()
+        self.servos.slow(servo, seconds)
+        self.servos.put(servo, "goal_position", units.POSITION.raw(self._gripper_sense() * servo_angle))
+
+    def _gripper_off(self) -> None:
+        again(self.bus.check_hardware, [reg.GRIPPER_ID])
+        self._restarted([reg.GRIPPER_ID])
 
     def gripper(self) -> float:
         """The angle of the gripper's servo (rad; negative is open)."""
-        raw = self.bus.read(reg.GRIPPER_ID, "present_position")
+        raw = self.servos.get(reg.GRIPPER_ID, "present_position")
         return self._gripper_sense() * units.POSITION.value(raw)
 
     def _gripper_sense(self) -> int:
-        return -1 if self.bus.read(reg.GRIPPER_ID, "drive_mode") & reg.DRIVE_REVERSE else 1
+        return -1 if self.servos.get(reg.GRIPPER_ID, "drive_mode") & reg.DRIVE_REVERSE else 1
 
     # ---- small parts ----
 
     def _servos(self) -> list[int]:
         return [servo for servo in reg.ARM_IDS if servo in self.condition.servos]
 
+    def _mode_of(self, servo: int) -> str:
+        return self.mode if servo in JOINTS and self.mode != "mixed" else "position"
+
     def _ready(self, mode: str) -> None:
         self._refuse_if_stopped()
         if not self.torque:
-            raise TorqueOff(
-                "the motors are off. `robot.write_motor_state(True)` switches them on where the arm stands."
-            )
+            raise TorqueOff
         if self.mode != mode:
             raise BadInput(f"the joints are in {self.mode} mode; `robot.write_mode({mode!r})` changes that.")
 
     def _refuse_if_stopped(self) -> None:
         if self._stopping.is_set():
-            raise Stopped("stopped: the arm holds. `robot.resume()` allows commands again.")
+            raise Stopped
 
     def _set_profile(self, seconds: float) -> None:
-        """The servos' own motion profile, a trapezoid with a quarter of the time at either end; read back."""
-        if seconds == self._profile_s:
-            return
-        total = _milliseconds(seconds)
-        for name, value in (
-            ("profile_acceleration", 0),
-            ("profile_velocity", total),
-            ("profile_acceleration", total // 4),
-        ):
-            self.bus.write_all(name, dict.fromkeys(_JOINTS, value))
-        for servo, found in self.bus.read_block(_JOINTS, _PROFILE).items():
-            if found != (total // 4, total):
-                raise ServoRefused(self.bus.name, "take its motion profile", servo, 0, f"it reads back {found}")
-        self._profile_s = seconds
+        if seconds != self._profile_s:
+            self.servos.slow_all(seconds)
+            self._profile_s = seconds
 
     def _stream(self) -> None:
-        """Arm the servos' own watchdog: without another command they stop by themselves."""
+        """Arm the servos' own watchdog: without another command they stop by themselves.
+
+        After a pause it may have tripped: then it refuses goals, and the profile is gone.
+        """
+        now = self.clock.now()
+        if self._streaming and now - self._fed > 0.8 * STREAM_WATCHDOG_S:
+            self.leave_stream()
         if not self._streaming:
-            self.bus.write_all("bus_watchdog", dict.fromkeys(_JOINTS, units.WATCHDOG.raw(STREAM_WATCHDOG_S)))
             self._streaming = True
+            self.bus.write_all("bus_watchdog", dict.fromkeys(JOINTS, units.WATCHDOG.raw(STREAM_WATCHDOG_S)))
+        self._fed = now
 
     def leave_stream(self) -> None:
-        """Disarm the watchdog again; a watchdog that has tripped is cleared."""
+        """Disarm the watchdog again, and see that it is; a watchdog that has tripped is cleared."""
         if self._streaming:
+            self._profile_s = None
+            self.bus.write_all("bus_watchdog", dict.fromkeys(JOINTS, 0))
+            for servo, value in self.servos.of_joints("bus_watchdog").items():
+                if value:
+                    self.servos.put(servo, "bus_watchdog", 0)
             self._streaming = False
-            self.bus.write_all("bus_watchdog", dict.fromkeys(_JOINTS, 0))
-
-
-def _milliseconds(seconds: float) -> int:
-    return units.MILLISECONDS.raw(seconds)
-
-
-def _mode_name(number: int) -> str:
-    return next((name for name, value in reg.MODES.items() if value == number), "position")
 
 
 def _four(values, name: str) -> tuple[float, ...]:

@@ -3,6 +3,7 @@
 import atexit
 import contextlib
 import math
+import sys
 import weakref
 from collections.abc import Callable
 
@@ -62,6 +63,7 @@ class Robot:
             raise
         self.clock = self.bus.clock
         _open_robots.add(self)
+        _watch_cells()
 
     def __repr__(self) -> str:
         kind = "virtual" if self.arm else self.bus.name
@@ -75,9 +77,9 @@ class Robot:
         if kind is None:
             self.close()
             return
-        with contextlib.suppress(OmxError):  # the reason that brought us here is worth more than one that follows it
-            self.driver.hold()
-            self.close()
+        for step in (self.driver.hold, self.close):  # the reason that brought us here is worth more than what follows
+            with contextlib.suppress(OmxError):
+                step()
 
     # ---- the course's names: the motors ----
 
@@ -205,8 +207,7 @@ class Robot:
                 if each:
                     each(reading, t)
         except BaseException:
-            with contextlib.suppress(OmxError):
-                self.driver.hold()
+            self.driver.halt()
             raise
         self.driver.wait()
 
@@ -235,15 +236,20 @@ class Robot:
         """Sample for `seconds`, `rate` times a second, into a CSV file, while the arm does what it was told.
 
         Columns: t (s), q1 .. q4 (deg), v1 .. v4 (deg/s), i1 .. i4 (mA), x, y, z (mm), pitch (deg). `progress(share)` is
-        called now and then. Whatever ends it early, every sample taken is on the disk, and in `LogError.samples`.
+        called now and then; `omx.log.progress_bar()` draws it. Whatever ends it early, the arm holds, and every sample
+        taken is on the disk, and in `LogError.samples`.
         """
         with Recorder(path, COLUMNS, self.geometry, **notes) as recorder:
-            for i, t in enumerate(self.ticks(seconds, rate)):
-                self._sample(recorder, self.driver.watch(), t)
-                if progress and i % 10 == 0:
-                    progress(min(t / seconds, 1.0) if seconds else 1.0)
-        if progress:
-            progress(1.0)
+            try:
+                for i, t in enumerate(self.ticks(seconds, rate)):
+                    self._sample(recorder, self.driver.watch(), t)
+                    if progress and i % 10 == 0:
+                        progress(min(t / seconds, 1.0) if seconds else 1.0)
+                if progress:
+                    progress(1.0)
+            except BaseException:
+                self.driver.halt()
+                raise
         return recorder.log
 
     def _sample(self, recorder: Recorder, reading: Reading, t: float) -> None:
@@ -291,10 +297,23 @@ def _at_exit() -> None:
     for robot in list(_open_robots):
         with contextlib.suppress(Exception):
             if robot.arm is None:
-                robot.driver.hold()
-                robot.close()
+                robot.__exit__(SystemExit, None, None)
             else:
                 robot.bus.close()
+
+
+def _watch_cells() -> None:
+    """In a notebook: a cell that ends in an error, or is interrupted, while an arm moves makes that arm hold."""
+    ipython = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython else None
+    if shell and _after_cell not in shell.events.callbacks["post_run_cell"]:
+        shell.events.register("post_run_cell", _after_cell)
+
+
+def _after_cell(result) -> None:
+    for robot in list(_open_robots) if result.error_in_exec else ():
+        if robot.bus.is_open and robot.driver.moving:
+            robot.driver.halt()
 
 
 def _numbers(values, name: str) -> list[float]:

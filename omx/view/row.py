@@ -10,8 +10,8 @@ from .annotate import PALETTE
 from .scene import Scene
 from .stage import Camera
 
-#: Radius of the arcs and half the length of the joint axes, mm.
-_ARC, _AXIS = 75.0, 130.0
+#: Length of the frames' axes, radius of the arcs, half the length of the joints' axes, mm.
+_MARK, _ARC, _AXIS = 42.0, 75.0, 130.0
 _GREY = "#8a929c"
 
 
@@ -23,7 +23,7 @@ class RowView(Scene):
     """
 
     def __init__(self, row=(0, 0, 0, 0), *, height: int = 380, dark: bool = False, camera: Camera = Camera.ISO):
-        super().__init__(height=height, dark=dark, camera=camera, aim=(0.02, 0.04, 0.035), distance=0.58, floor=-80.0)
+        super().__init__(height=height, dark=dark, camera=camera, aim=(0.02, 0.045, 0.06), distance=0.6, floor=-80.0)
         self.row = row
 
     @property
@@ -39,8 +39,8 @@ class RowView(Scene):
         with self.channel.batch():
             self._line("joint_axis", np.zeros(3), (0, 0, 1), back=_AXIS)
             self._line("next_axis", end[:3, 3], end[:3, 2], back=_AXIS)
-            self.triad("first", np.eye(4), index=0)
-            self.triad("last", end, index=1)
+            self.triad("first", np.eye(4), index=0, size=_MARK)
+            self.triad("last", end, index=1, size=_MARK)
             self._length("d", np.zeros(3), lifted[:3, 3], (-14, -14, 0))
             self._length("a", lifted[:3, 3], shifted[:3, 3], (0, 0, 13))
             self._angle("theta", "θ", np.zeros(3), (1, 0, 0), lifted[:3, 0])

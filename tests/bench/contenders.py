@@ -17,6 +17,7 @@ LENGTHS = omx.COURSE.values
 PIN = "pinocchio: forwardKinematics"
 PIN_READ = "pinocchio: the same, x, y, z and pitch read out"
 PIN_J = "pinocchio: computeJointJacobians"
+IK = "generated IK, four branches"
 COPY = "copy of the poses' bytes, q.copy()"
 
 
@@ -31,12 +32,12 @@ def textbook(q):
     return T
 
 
-def with_pinocchio() -> list[Contender]:
-    """Nothing where pinocchio is not installed."""
+def with_pinocchio() -> tuple[list[Contender], list[Contender]]:
+    """Forward kinematics, and Jacobians; nothing where pinocchio is not installed."""
     try:
         import pinocchio as pin
     except ImportError:
-        return []
+        return [], []
     _, model, data, tool = oracles.pinocchio_arm(oracles.table(*oracles.COURSE))
     q = np.array(Q)
 
@@ -51,26 +52,29 @@ def with_pinocchio() -> list[Contender]:
     return [
         Contender(PIN, lambda: pin.forwardKinematics(model, data, q)),
         Contender(PIN_READ, read_out, PIN),
-        Contender(PIN_J, lambda: pin.computeJointJacobians(model, data, q)),
-    ]
+    ], [Contender(PIN_J, lambda: pin.computeJointJacobians(model, data, q))]
 
 
-def one_at_a_time() -> list[Contender]:
-    """A single configuration or pose."""
+def one_at_a_time(in_c=()) -> list[Contender]:
+    """A single configuration or pose; `in_c` are the same in C, for the group of what they are compared with."""
+    poses, jacobians = with_pinocchio()
     numbers = np.array(Q)
     one_branch = only(ik.branches, "front_up")
     assert one_branch(*TARGET, *LENGTHS) == ik.branches(*TARGET, *LENGTHS)[0]
     return [
-        *with_pinocchio(),
+        *poses,
         Contender("generated pose", lambda: fk.pose(*Q, *LENGTHS), PIN),
         Contender("omx.pose", lambda: omx.pose(Q), PIN, 0.6),
         Contender("omx.pose, against the pose read out", lambda: omx.pose(Q), PIN_READ, 0.6),
         Contender("omx.fk, the 4x4 matrix", lambda: omx.fk(Q), PIN),
         Contender("NumPy: product of four 4x4 matrices", lambda: textbook(numbers), PIN),
-        Contender("generated IK, one branch", lambda: one_branch(*TARGET, *LENGTHS), PIN),
-        Contender("generated IK, four branches", lambda: ik.branches(*TARGET, *LENGTHS), PIN, 2000, absolute=True),
-        Contender("omx.ik, four branches with verdicts", lambda: omx.ik(TARGET), PIN, 10_000, absolute=True),
-        Contender("omx.solve_ik", lambda: omx.solve_ik(TARGET, Q), PIN),
+        *(contender for contender in in_c if contender.against == PIN),
+        Contender(IK, lambda: ik.branches(*TARGET, *LENGTHS), "", 2000, absolute=True),
+        Contender("generated IK, one branch", lambda: one_branch(*TARGET, *LENGTHS), IK),
+        Contender("omx.ik, four branches with verdicts", lambda: omx.ik(TARGET), IK, 10_000, absolute=True),
+        Contender("omx.solve_ik", lambda: omx.solve_ik(TARGET, Q), IK),
+        *(contender for contender in in_c if contender.against == IK),
+        *jacobians,
         Contender("generated Jacobian", lambda: jacobian.jacobian(*Q, *LENGTHS), PIN_J),
         Contender("omx.jacobian, the 6x4 matrix", lambda: omx.jacobian(Q), PIN_J),
     ]
@@ -110,7 +114,7 @@ def in_c(count: int) -> tuple[list[Contender], list[Contender]]:
     assert np.allclose(list(one)[:4], TARGET)
     return [
         Contender("C through cffi: pose", lambda: lib.pose(*Q, *LENGTHS, one), PIN),
-        Contender("C through cffi: IK, four branches", lambda: lib.branches(*TARGET, *LENGTHS, one), PIN),
+        Contender("C through cffi: IK, four branches", lambda: lib.branches(*TARGET, *LENGTHS, one), IK),
     ], [
         Contender("C: a loop of the same pose", fk_loop, COPY, count=count),
         Contender("C: a loop of the same four branches", ik_loop, COPY, count=count),

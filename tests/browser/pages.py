@@ -94,17 +94,22 @@ class NotebookPage:
         self.page.mouse.move(box["x"] + 20, box["y"] + box["height"] / 2)
         self.page.mouse.wheel(0, -100_000)
         at_end = False
-        while not at_end or self._something_is_coming():
+        while not at_end:
             self.page.wait_for_timeout(200)
+            self._wait_for_scenes()
             if found.count():
                 found.first.scroll_into_view_if_needed()
                 return found.first
             at_end = not self._turn_wheel(0.7 * box["height"])
         return None
 
-    def _something_is_coming(self):
-        """Is a scene in sight that is not drawn yet?"""
-        return self.page.locator(f"{SHOWN} .omx-scene:not([data-ready]):visible").count() > 0
+    def _wait_for_scenes(self):
+        """Until every scene in sight is drawn."""
+        coming = (
+            "[...document.querySelectorAll('.omx-scene:not([data-ready])')].filter((s) => s.checkVisibility() && %s)"
+        )
+        near = "s.getBoundingClientRect().bottom > 0 && s.getBoundingClientRect().top < innerHeight"
+        self.page.wait_for_function(f"!({coming % near}).length", timeout=20_000)
 
     def _turn_wheel(self, distance):
         """Scroll down; False at the end of the notebook."""
@@ -112,8 +117,6 @@ class NotebookPage:
         before = self.page.evaluate(where)
         self.page.mouse.wheel(0, distance)
         self.page.wait_for_timeout(150)
-        while self._something_is_coming():
-            self.page.wait_for_timeout(100)
         return self.page.evaluate(where) != before
 
     def settle(self):
