@@ -457,6 +457,18 @@ def test_a_stop_between_the_check_and_the_goal_wins(robot, monkeypatch):
         robot.write_joints(TARGET)
 
 
+@pytest.mark.parametrize("again", ["hold", "stop"])
+def test_holding_again_and_again_does_not_let_the_arm_sink(robot, again):
+    robot.move_to([0, 0, 0, 0])
+    robot.hold()
+    time_passes(robot, 1.0)
+    before = robot.arm.q
+    for _ in range(20):
+        getattr(robot, again)()
+        time_passes(robot, 0.3)
+    np.testing.assert_allclose(robot.arm.q, before, atol=math.radians(0.2))
+
+
 # ---- after the fault ----
 
 

@@ -71,6 +71,7 @@ class Driver:
         self._stopping = threading.Event()
         self._stall_since: dict[int, float] = {}
         self._holding = False
+        self._held: dict[int, int] = {}  # the goals of the last hold
         self._seen: tuple[float, dict[int, int]] = (-math.inf, {})  # when, and where each joint was (ticks)
         self.torque = any(self.servos.of_joints("torque_enable").values())
         self.mode = self._mode_found() if self.torque else "position"
@@ -185,7 +186,7 @@ class Driver:
     def torque_on(self) -> None:
         """Set every servo up and switch it on where it stands: the goal becomes the present position first."""
         self._refuse_if_stopped()
-        self._profile_s, self._holding = None, True
+        self._profile_s, self._holding, self._held = None, True, {}
         if self.mode == "mixed":
             self.mode = "position"
         for servo in self._servos():
@@ -378,11 +379,11 @@ class Driver:
 
     def hold(self) -> None:
         """Stop where the arm is, torque on. Does what it can even if servos are missing, then raises what failed."""
-        if not self.torque:
+        if not self.torque or self._holds_already():
             return
         with self._sending:
             self._arrival = self.clock.now() + HOLD_S
-            self._profile_s, self._holding = None, True
+            self._profile_s, self._holding, self._held = None, True, {}
             position, failed = self.mode == "position", []
             stand = self._stand if position else self._into_position
             for step, *args in [(self.leave_stream,), *((stand, servo) for servo in JOINTS)]:
@@ -392,10 +393,19 @@ class Driver:
                     failed.append(error)
             if not failed:
                 self.mode = "position"
+                self._held = self.servos.of_joints("goal_position")
             elif not position:
                 self.mode = "mixed"
         if failed:
             raise failed[0]
+
+    def _holds_already(self) -> bool:
+        """Held before, and nothing sent since? Holding again would give up, each time, what the arm sags."""
+        if not (self._holding and self._held and self.mode == "position"):
+            return False
+        with contextlib.suppress(BusError):
+            return self.servos.of_joints("goal_position") == self._held and not self._streaming
+        return False
 
     def _stand(self, servo: int) -> None:
         """Hold one joint. If it does not answer it may still hear: it is told to stay where it was seen last."""
