@@ -32,7 +32,7 @@ RANGE = (64.0, 1e9)
 THREADED = 100_000
 
 #: Rows in one round of a compiled loop. A constant: so the compiler sees that the columns of a round do not overlap.
-ROUND = 512
+ROUND = 256
 
 
 class Loops(NamedTuple):
@@ -189,7 +189,7 @@ def _loops() -> Loops:
                     out[first + i, j] = w[(4 + j) * ROUND + i]
         return fine
 
-    store = _compile(_store)
+    store, judge = _compile(_store), _compile(_judge)
 
     @_compile
     def ik_loop(start, stop, rows, q, reachable, legal, lengths, ends):
@@ -199,7 +199,9 @@ def _loops() -> Loops:
             fine &= load(rows, first, count, w, length, angle)
             columns_ik(w, lengths)
             for b in range(4):
-                store(w[(4 + 4 * b) * ROUND : (8 + 4 * b) * ROUND], first, count, q[b], reachable[b], legal[b], ends)
+                branch = w[(4 + 4 * b) * ROUND : (8 + 4 * b) * ROUND]
+                store(branch, first, count, q[b])
+                judge(branch, first, count, reachable[b], legal[b], ends)
         return fine
 
     return Loops(pose_loop, ik_loop)
@@ -207,23 +209,29 @@ def _loops() -> Loops:
 
 def _load(rows, first, count, w, largest, largest_last):
     """Copy rows to the first four columns of `w`; False if one is not a number or too large."""
-    fine = True
     for i in range(count):
-        for j in range(4):
-            value = rows[first + i, j]
-            w[j * ROUND + i] = value
-            fine &= abs(value) <= (largest if j < 3 else largest_last)
-    return fine
+        w[i], w[ROUND + i] = rows[first + i, 0], rows[first + i, 1]
+        w[2 * ROUND + i], w[3 * ROUND + i] = rows[first + i, 2], rows[first + i, 3]
+    wrong = 0
+    for i in range(3 * ROUND):
+        wrong += not abs(w[i]) <= largest
+    for i in range(3 * ROUND, 4 * ROUND):
+        wrong += not abs(w[i]) <= largest_last
+    return wrong == 0
 
 
-def _store(w, first, count, q, reachable, legal, ends):
-    """Copy one branch's four columns to `q` (4, N), and judge them."""
+def _store(w, first, count, q):
+    """Copy one branch's four columns to `q` (4, N)."""
     for j in range(4):
         column = q[j]
         for i in range(count):
             column[first + i] = w[j * ROUND + i]
+
+
+def _judge(w, first, count, reachable, legal, ends):
+    """Say of one branch's columns where they are reachable, that is not NaN, and where within all limits."""
     for i in range(count):
-        reachable[first + i] = w[i] == w[i]  # out of reach is NaN
+        reachable[first + i] = w[i] == w[i]
     low1, high1, low2, high2, low3, high3, low4, high4 = ends
     for i in range(count):
         q1, q2, q3, q4 = w[i], w[ROUND + i], w[2 * ROUND + i], w[3 * ROUND + i]

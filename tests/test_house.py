@@ -10,7 +10,7 @@ import pytest
 from book.tools import lock
 
 ROOT = Path(__file__).resolve().parents[1]
-FOLDERS = {".ci", ".github", "book", "notebooks", "omx", "tests"}
+FOLDERS = {".binder", ".ci", ".devcontainer", ".github", "book", "notebooks", "omx", "tests"}
 ROOT_FILES = {
     *(".gitattributes", ".gitignore", "CHANGELOG.md", "CONTRIBUTING.md", "LICENSE", "README.md"),
     *("environment.txt", "pyproject.toml", "run.py"),

@@ -15,7 +15,7 @@ OMX = Path(__file__).resolve().parents[1] / "omx"
 JUPYTER = {"IPython", "ipywidgets", "traitlets"}
 ROWS = {
     0: {
-        **dict.fromkeys(("errors", "arrays", "dh", "compare", "rotation", "geometry", "generated"), ()),
+        **dict.fromkeys(("errors", "arrays", "dh", "compare", "rotation", "geometry", "generated", "agreement"), ()),
         **dict.fromkeys(("dynamixel.registers", "dynamixel.units", "dynamixel.packet", "dynamixel.clock"), ()),
         "dynamixel": (),
     },

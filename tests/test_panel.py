@@ -64,6 +64,19 @@ def test_setting_q_moves_sliders_and_arm_exactly():
     assert panel.sliders[3].value == pytest.approx(math.degrees(0.4))
 
 
+def test_the_page_may_round_its_sliders_without_moving_the_arm():
+    panel = JointPanel()
+    panel.q = q = tuple(omx.ik([200, 0, 100, 0])[0].q)
+    for told in (omx.HOME, q):  # a page answers values between two steps so, and late, when cells run one after another
+        for slider, value in zip(panel.sliders, np.degrees(told), strict=True):
+            slider.value = round(value)
+        assert panel.q == panel.view.q == q
+    panel.sliders[0].value = 20
+    assert panel.q == (math.radians(20), *q[1:]), "the other joints stay where they are"
+    panel.sliders[1].value = round(math.degrees(q[1])) + 1
+    assert panel.q[1] == math.radians(round(math.degrees(q[1])) + 1)
+
+
 def test_q_outside_the_limits_is_refused_and_nothing_moves():
     panel = JointPanel()
     with pytest.raises(omx.JointLimit, match="q2"):

@@ -34,7 +34,12 @@ EXTRA = {
     "ipywidgets": ("ipython", "traitlets", "jupyterlab-widgets"),
     "jupyterlab-widgets": (),
     "psygnal": (),
+    "comm": ("traitlets",),  # this and the next two: the kernel's own
+    "jedi": ("parso",),
+    "parso": (),
 }
+#: The kernel asks no package index; what is not among these files is missing.
+SETTINGS = {"@jupyterlite/pyodide-kernel-extension:kernel": {"disablePyPIFallback": True}}
 IMPORTS = {"u-msgpack-python": "umsgpack", "jupyterlab-widgets": "jupyterlab_widgets"}
 
 
@@ -48,6 +53,8 @@ def build(pyodide=None):
     shutil.copytree(core, static, ignore=shutil.ignore_patterns("*.map", "*.d.ts", "*.html", "node_modules"))
     missing = lay_out_packages(static, python, complete=pyodide is not None)
     lay_out_chapters(SOURCE / "files")
+    config = {"jupyter-lite-schema-version": 0, "jupyter-config-data": {"litePluginSettings": SETTINGS}}
+    (SOURCE / "jupyter-lite.json").write_text(json.dumps(config), encoding="utf-8")
     command = [python, "-m", "jupyterlite_core", "build", "--lite-dir", SOURCE, "--contents", SOURCE / "files"]
     run([*command, "--output-dir", LITE, "--no-sourcemaps", "--apps", "lab", "--apps", "repl"], "JupyterLite", SOURCE)
     return missing
@@ -79,7 +86,7 @@ def lay_out_packages(static, python, complete):
             continue
         lock["packages"][name] = entry(name, wheel, needs) | laid_out(wheel, static)
     for about in lock["packages"].values():
-        about["depends"] = [need for need in about["depends"] if need in lock["packages"]]
+        about["depends"] = [plain(need) for need in about["depends"] if plain(need) in lock["packages"]]
     (static / "pyodide-lock.json").write_text(json.dumps(lock), encoding="utf-8")
     return missing
 
@@ -88,11 +95,16 @@ def closure(names, known):
     """The packages with all that they depend on."""
     found, waiting = [], list(names)
     while waiting:
-        name = waiting.pop(0)
+        name = plain(waiting.pop(0))
         if name in known and name not in found:
             found.append(name)
             waiting += known[name]["depends"]
     return found
+
+
+def plain(name):
+    """A package's name as an index writes it."""
+    return name.lower().replace("_", "-").replace(".", "-")
 
 
 def pure_wheel(python, name, version, file_name="py3-none-any.whl"):

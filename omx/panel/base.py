@@ -12,6 +12,9 @@ from .latest import Latest
 #: Seconds between two commands to whatever `on_command` drives, and between two updates of the numbers.
 COMMAND_INTERVAL, TEXT_INTERVAL = 1 / 30, 1 / 20
 
+#: How many values told to sliders are remembered until the page answers them.
+_REMEMBERED = 40
+
 
 class Panel(ipywidgets.VBox):
     """A 3-D view above its controls.
@@ -25,6 +28,8 @@ class Panel(ipywidgets.VBox):
         self.view = view
         self.on_command = None
         self._quiet = False
+        self._values: list[float] = []
+        self._told: list[tuple[int, float]] = []
         self._q = view.q
         self._forward = Latest(lambda q: self.on_command and self.on_command(q), COMMAND_INTERVAL)
         self._tell = Latest(lambda _: self._write(), TEXT_INTERVAL, eager=False)  # the arm moves first
@@ -73,16 +78,32 @@ class Panel(ipywidgets.VBox):
 
     def _set_sliders(self, q) -> None:
         """Move the sliders without hearing them."""
+        self._values = self._slider_values(q)
+        self._told = [*self._told, *enumerate(self._values)][-_REMEMBERED:]
         self._quiet = True
         try:
-            for slider, value in zip(self.sliders, self._slider_values(q), strict=True):
+            for slider, value in zip(self.sliders, self._values, strict=True):
                 slider.value = value
         finally:
             self._quiet = False
 
-    def _heard(self, _change) -> None:
-        if not self._quiet:
-            self._on_sliders([slider.value for slider in self.sliders])
+    def _heard(self, change) -> None:
+        """A slider was moved. The others keep the exact values that they stand for."""
+        if self._quiet:
+            return
+        i, value = self.sliders.index(change["owner"]), change["new"]
+        if not self._is_echo(i, value):
+            self._told.clear()
+            self._values[i] = value
+            self._on_sliders(list(self._values))
+
+    def _is_echo(self, i: int, value: float) -> bool:
+        """Is this the page's answer to a value that it was told, rounded to a whole step? There is one for each."""
+        near = 0.5 * self.sliders[i].step + 1e-9
+        answered = next((told for told in self._told if told[0] == i and abs(value - told[1]) <= near), None)
+        if answered:
+            self._told.remove(answered)
+        return answered is not None
 
     def _repr_mimebundle_(self, **_) -> dict:
         return mimebundle(self.view, self)

@@ -4,6 +4,7 @@ Nothing here leaves a servo limp that was not: what fails, or is interrupted, ha
 """
 
 import contextlib
+import math
 
 from ..dynamixel import registers as reg
 from ..dynamixel import units
@@ -11,6 +12,8 @@ from ..dynamixel.bus import Bus
 from ..errors import BusCorrupt, BusError, BusTimeout, ServoRefused
 
 HOLD_S = 0.2
+#: A joint that is farther (ticks) from its own set-point than this is being held up by something.
+HOLD_SLACK = units.ANGLE.raw(math.radians(3.0))
 PROFILE = reg.block("profile_acceleration", "profile_velocity")
 MODES = reg.block("drive_mode", "operating_mode")
 JOINTS = reg.JOINT_IDS
@@ -89,8 +92,10 @@ class Servos:
 
     def here(self, servo: int) -> int:
         """Where it is, as a goal that it takes."""
-        low, high = self.get(servo, "min_position_limit"), self.get(servo, "max_position_limit")
-        return min(max(self.get(servo, "present_position"), low), high)
+        return self._within_limits(servo, self.get(servo, "present_position"))
+
+    def _within_limits(self, servo: int, position: int) -> int:
+        return min(max(position, self.get(servo, "min_position_limit")), self.get(servo, "max_position_limit"))
 
     def slow(self, servo: int, seconds: float = HOLD_S) -> None:
         """A profile of `seconds`, read back: 0, its value after a restart, is full speed."""
@@ -125,10 +130,12 @@ class Servos:
 
     def hold(self, servo: int) -> None:
         """Stand still where it is, in position mode with the torque on."""
-        present = self.here(servo)
+        present, aim = self.get(servo, "present_position"), self.get(servo, "position_trajectory")
+        if abs(aim - present) <= HOLD_SLACK:  # holding what it aims at, it does not sag a little more each time
+            present = aim
         self.put(servo, "profile_acceleration", 0)
         self.put(servo, "profile_velocity", units.MILLISECONDS.raw(HOLD_S))
-        self.put(servo, "goal_position", present)
+        self.put(servo, "goal_position", self._within_limits(servo, present))
 
     def catch(self, servo: int) -> bool:
         """Switch a servo on again where it is, whatever its mode. True if it then has torque."""

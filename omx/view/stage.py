@@ -68,7 +68,7 @@ def set_ground(channel, height: float, dark: bool, half: float = 500.0, step: fl
     level = np.full(len(points), height - 0.4)
     ground = Drawing().lines(np.column_stack((points, level)), colours)
     ground.mesh({"type": "PlaneGeometry", "width": 1.8e-3 * half, "height": 1.8e-3 * half},
-                {"type": "ShadowMaterial", "color": 0, "opacity": 0.55 if dark else 0.2, "transparent": True},
+                {"type": "ShadowMaterial", "color": 0, "opacity": 0.55 if dark else 0.26, "transparent": True},
                 position=[0, 0, 1e-3 * height - 6e-4], receiveShadow=True)  # fmt: skip
     top, bottom = ((44, 49, 56), (26, 29, 34)) if dark else ((255, 255, 255), (240, 243, 246))
     with channel.batch():

@@ -1,5 +1,6 @@
 """A notebook in a browser: run it, find its scenes, move its sliders, and look at the pixels."""
 
+import contextlib
 import io
 import json
 import time
@@ -14,6 +15,14 @@ NOISE = ("GPU stall", "GL Driver Message", "WebGL-")
 
 #: The notebook in front.
 SHOWN = ".jp-NotebookPanel:not(.lm-mod-hidden)"
+
+
+ALL_DRAWN = """(shown) => {
+  const box = document.querySelector(shown + " .jp-WindowedPanel-outer").getBoundingClientRect();
+  const inside = ({ top, bottom }) => Math.min(bottom, box.bottom) - Math.max(top, box.top) > 20;
+  const waiting = [...document.querySelectorAll(shown + " .omx-scene:not([data-ready])")];
+  return !waiting.some((scene) => scene.checkVisibility() && inside(scene.getBoundingClientRect()));
+}"""
 
 
 class NotebookPage:
@@ -73,9 +82,18 @@ class NotebookPage:
         before = self.path.stat().st_mtime_ns
         self.page.keyboard.press("Control+s")
         deadline = time.monotonic() + 10
-        while self.path.stat().st_mtime_ns == before and time.monotonic() < deadline:
+        while time.monotonic() < deadline:
             self.page.wait_for_timeout(100)
-        return json.loads(self.path.read_text(encoding="utf-8"))["cells"]
+            if self.path.stat().st_mtime_ns != before:
+                with contextlib.suppress(json.JSONDecodeError):  # it is being written
+                    return json.loads(self.path.read_text(encoding="utf-8"))["cells"]
+        raise TimeoutError(f"{self.path.name} was not saved")
+
+    def reload(self):
+        """Load the page again, as a reader does whose browser was closed; the kernel lives on."""
+        self.page.reload()
+        self.page.locator(f"{SHOWN} .jp-Cell").first.wait_for(timeout=60_000)
+        self._wait_for_kernel()
 
     # -- scenes -------------------------------------------------------------------------------------------
 
@@ -104,12 +122,8 @@ class NotebookPage:
         return None
 
     def _wait_for_scenes(self):
-        """Until every scene in sight is drawn."""
-        coming = (
-            "[...document.querySelectorAll('.omx-scene:not([data-ready])')].filter((s) => s.checkVisibility() && %s)"
-        )
-        near = "s.getBoundingClientRect().bottom > 0 && s.getBoundingClientRect().top < innerHeight"
-        self.page.wait_for_function(f"!({coming % near}).length", timeout=20_000)
+        """Until every scene in sight is drawn; a strip below the tool bar may hide a scene's last line."""
+        self.page.wait_for_function(ALL_DRAWN, arg=SHOWN, timeout=30_000)
 
     def _turn_wheel(self, distance):
         """Scroll down; False at the end of the notebook."""

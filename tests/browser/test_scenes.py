@@ -19,7 +19,8 @@ def test_a_reload_brings_the_scene_back(open_page, notebook):
     page.settle()
     before = pixels(page.scene())
     page.save()
-    page.page.reload()
+    page.reload()
+    page.page.locator(".omx-scene[data-ready]").first.wait_for(timeout=30_000)
     after = page.scene()
     assert after is not None, "no scene after a reload with a live kernel"
     page.settle()
