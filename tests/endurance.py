@@ -28,7 +28,7 @@ RATE = 50.0
 ROUND = ([30, -40, 10, 30], [-45, -20, -10, 40], [0, -60, 20, 40])
 MOVE_S, DRAG_S = 2.0, 4.0
 #: How much of the swing each slider takes.
-LONGEST = math.radians(1.0)
+LONGEST = math.radians(4.0)
 AXES = np.array([1, 1 / 3, 0, 0])
 #: What may grow, for the arrays of the log itself are known: bytes a sample, 17 floats and their tuple.
 SAMPLE_BYTES = 17 * 24 + 200
@@ -93,14 +93,13 @@ def endure(seconds: float, path: Path, clock=None, tell=lambda findings, share: 
 
 
 def _dragging(robot, found: Findings):
-    """A hand on two sliders: a small step at every tick, smaller ones after the computer was busy."""
+    """A hand on two sliders: at every tick a small step from where the arm is, however long the computer was busy."""
     home = np.radians(ROUND[-1])
-    at = [home]
 
     def drag(t: float) -> None:
         wanted = home + math.radians(15) * math.sin(math.tau * t / DRAG_S) * AXES
-        at[0] = at[0] + np.clip(wanted - at[0], -LONGEST, LONGEST)
-        robot.driver.stream_to(at[0], 2.5 / RATE)
+        here = np.array(robot.driver.read().q)
+        robot.driver.stream_to(here + np.clip(wanted - here, -LONGEST, LONGEST), 2.5 / RATE)
         found.drags += 1
 
     return drag
