@@ -15,6 +15,7 @@ from omx import plots
 
 Q = (0.3, -0.4, 0.5, 0.2)
 ARM = np.array([[0, 0], [1, 1.732], [0, 3.464], [-1, 3.464]])
+SQUARE = np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
 GRID = np.linspace(0, 1, 5)
 PICTURES = {
     "planar": lambda: plots.planar([ARM, -ARM], ["one", "other"], angles=True, target=(1, 1), path=ARM),
@@ -25,6 +26,9 @@ PICTURES = {
     "heat_map": lambda: plots.heat_map(
         GRID, GRID, np.add.outer(GRID, GRID), "q2 (deg)", "q3 (deg)", "w (mm)", marks=[(0, 0, "zero")]
     ),
+    "cloud": lambda: plots.cloud(np.random.default_rng(0).normal(size=(500, 3)), alt="A ball of points"),
+    "plane": lambda: plots.plane([SQUARE, 0.5 * SQUARE], arcs=[ARM], points=ARM),
+    "plane_map": lambda: plots.plane_map(GRID, GRID, np.add.outer(GRID, GRID), "share (%)", [0.2 + 0.1 * SQUARE]),
 }
 
 
@@ -159,3 +163,16 @@ def test_curves_are_the_values_given():
         np.testing.assert_array_equal(line.get_xydata(), np.column_stack([GRID, sign * GRID]))
     assert "half is marked at 0.5" in picture.alt
     assert "a lies between 0 and 1" in picture.alt
+
+
+def test_a_polygon_inside_another_is_a_hole():
+    shape = axes_of(plots.plane([SQUARE, 0.5 * SQUARE[::-1]])).patches[0].get_path()
+    assert shape.contains_point((0.8, 0))
+    assert not shape.contains_point((0, 0))
+
+
+def test_a_map_of_the_plane_shows_its_values_under_its_own_titles():
+    values = np.array([[1.0, np.nan], [3.0, 4.0]])
+    axes = axes_of(plots.plane_map([0, 1], [0, 1], values, "share (%)", r="across (m)", z="up (m)"))
+    np.testing.assert_array_equal(np.ma.filled(axes.collections[0].get_array(), np.nan).reshape(2, 2), values)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("across (m)", "up (m)")
