@@ -1,0 +1,57 @@
+"""Numbers against numbers: curves over one variable, a colour map over two."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from .picture import INK, PALE, Picture, axes_of, cycle, finish, span_text
+
+#: Words on a heat map: white on a dark patch, readable on every colour.
+ON_COLOUR = {
+    "fontsize": 11,
+    "color": "white",
+    "weight": "bold",
+    "bbox": {"boxstyle": "round", "fc": INK, "alpha": 0.75},
+}
+
+
+def curves(across, lines: Mapping[str, Sequence[float]], x: str, y: str, marks=(), alt: str = "") -> Picture:
+    """Curves against one axis. `lines` maps each label to its values; `x` and `y` are axis titles with units.
+
+    `marks`: pairs (value on the x axis, label) drawn as vertical dotted lines. The line y = 0 is drawn if it is
+    in sight.
+    """
+    across = np.asarray(across, float)
+    figure, axes = axes_of(x, y)
+    for (label, values), colour, dash in zip(lines.items(), cycle(), cycle(("-", "--", "-.", ":")), strict=False):
+        axes.plot(across, np.asarray(values, float), color=colour, ls=dash, lw=2.2, label=label)
+    low, high = axes.get_ylim()
+    if low < 0 < high:
+        axes.axhline(0, color=PALE, lw=1)
+    for place, label in marks:
+        axes.axvline(place, color=INK, lw=1.2, ls=":")
+        axes.annotate(f" {label}", (place, 0.97), xycoords=("data", "axes fraction"), va="top", fontsize=11)
+    finish(axes, margin=0.02)
+    told = "; ".join(f"{label or y} lies between {span_text(values)}" for label, values in lines.items())
+    marked = "".join(f"; {label} is marked at {place:.4g}" for place, label in marks)
+    return Picture(
+        figure, f"{alt or f'{y} against {x}'}: {x} from {across[0]:.4g} to {across[-1]:.4g}; {told}{marked}."
+    )
+
+
+def heat_map(across, up, values, x: str, y: str, z: str, marks=(), alt: str = "") -> Picture:
+    """A scalar over two variables: `values` has shape (len(up), len(across)); NaN is left blank.
+
+    `x`, `y`, `z` are titles with units. `marks`: triples (x, y, label) drawn as points.
+    """
+    across, up, values = (np.asarray(a, float) for a in (across, up, values))
+    figure, axes = axes_of(x, y, size=(7.2, 5.0))
+    mesh = axes.pcolormesh(across, up, np.ma.masked_invalid(values), cmap="cividis", shading="nearest", rasterized=True)
+    figure.colorbar(mesh, ax=axes, label=z)
+    axes.grid(False)
+    for a, b, label in marks:
+        axes.plot(a, b, marker="o", ms=9, mfc="white", mec=INK, mew=2)
+        axes.annotate(label, (a, b), xytext=(9, 7), textcoords="offset points", **ON_COLOUR)
+    row, column = np.unravel_index(np.nanargmax(values), values.shape)
+    best = f"largest {values[row, column]:.4g}, at {across[column]:.4g} and {up[row]:.4g}"
+    return Picture(figure, f"{alt or f'Heat map of {z}'} over {x} and {y}: smallest {np.nanmin(values):.4g}, {best}.")
