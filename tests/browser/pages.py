@@ -113,12 +113,12 @@ class NotebookPage:
         self.page.mouse.wheel(0, -100_000)
         at_end = False
         while not at_end:
-            self.page.wait_for_timeout(200)
+            self.page.wait_for_timeout(80)
             self._wait_for_scenes()
             if found.count():
                 found.first.scroll_into_view_if_needed()
                 return found.first
-            at_end = not self._turn_wheel(0.7 * box["height"])
+            at_end = not self._turn_wheel(0.9 * box["height"])
         return None
 
     def _wait_for_scenes(self):
@@ -130,7 +130,7 @@ class NotebookPage:
         where = f"document.querySelector('{SHOWN} .jp-WindowedPanel-outer').scrollTop"
         before = self.page.evaluate(where)
         self.page.mouse.wheel(0, distance)
-        self.page.wait_for_timeout(150)
+        self.page.wait_for_timeout(80)
         return self.page.evaluate(where) != before
 
     def settle(self):
