@@ -114,7 +114,7 @@
   // One piece that is taller than a slide: text shrinks as far as it must, which the build reports.
   function shrink(section) {
     for (let size = SMALLEST; size > 0.3 && tall(section) > ROOM; size -= 0.04) section.style.fontSize = `${size}em`;
-    section.dataset.small = section.style.fontSize;
+    if (parseFloat(section.style.fontSize) < SMALLEST) section.dataset.small = section.style.fontSize;
   }
 
   const leaves = () => document.querySelectorAll(".slides > section > section");

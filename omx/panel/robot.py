@@ -16,6 +16,7 @@ import traitlets
 
 from ..dynamixel import registers as reg
 from ..errors import OmxError
+from ..view.scene import mimebundle
 from ..view.view import View
 from .joint import JointPanel
 
@@ -102,9 +103,12 @@ class RobotPanel(ipywidgets.VBox):
     def __repr__(self) -> str:
         return f"RobotPanel: {self.joints.view!r}"
 
-    def _repr_mimebundle_(self, **kwargs) -> dict:
-        bundle = super()._repr_mimebundle_(**kwargs)
-        return {**bundle, "text/plain": repr(self)} if isinstance(bundle, dict) else bundle
+    def static_html(self, *, shared: bool = False) -> str:
+        """The joint sliders alone, as a page without a kernel has no robot."""
+        return self.joints.static_html(shared=shared)
+
+    def _repr_mimebundle_(self, **_) -> dict:
+        return mimebundle(self.joints.view, self)
 
     # ---- what the buttons do ----
 

@@ -13,8 +13,8 @@ def cloud(points, unit: str = "mm", alt: str = "") -> Picture:
     points = np.asarray(points, float)
     figure = Figure(figsize=(7.0, 5.4), layout="constrained")
     axes = figure.add_subplot(projection="3d")
-    dots = axes.scatter(*points.T, c=points[:, 2], cmap="cividis", s=5, lw=0, alpha=0.8)
-    figure.colorbar(dots, ax=axes, label=f"z ({unit})", shrink=0.7).solids.set_alpha(1.0)
+    dots = axes.scatter(*points.T, c=points[:, 2], cmap="cividis", s=5, lw=0, depthshade=False, antialiased=False)
+    figure.colorbar(dots, ax=axes, label=f"z ({unit})", shrink=0.7)
     for axis, name in zip("xyz", "xyz", strict=True):
         getattr(axes, f"set_{axis}label")(f"{name} ({unit})", fontsize=11, labelpad=8)
     axes.tick_params(labelsize=11)
