@@ -80,7 +80,7 @@ def _reboot(servo, packet, now, elapsed):
 def _clear(servo, packet, now, elapsed):
     if packet.params != _CLEAR_TURNS:
         raise Refusal(pk.DATA_RANGE)
-    if not servo.settled(now):
+    if servo.moving(now):
         raise Refusal(pk.RESULT_FAIL)
     servo.clear_turns(now)
 

@@ -111,6 +111,15 @@ class Servo:
         """True while the set-point still moves, or speeds up or slows down."""
         return self.torque_on and self.trajectory is not None and now < self.trajectory.steady_from
 
+    @property
+    def velocity(self) -> int:
+        """Present velocity, in the register's units."""
+        return round(self.sign * self.joint.speed / _TICK / _SPEED)
+
+    def moving(self, now: float) -> bool:
+        """What the register `moving` says: the set-point runs, or the joint is faster than the threshold."""
+        return self.running(now) or abs(self.velocity) > self.table["moving_threshold"]
+
     def settled(self, now: float) -> bool:
         """True if nothing changes until the next command: the motor stands and no counter runs."""
         busy = self._changed or self.joint.speed or self._controller.gathering or self._stalled_s
@@ -264,7 +273,6 @@ class Servo:
         running = self.running(now)
         at, speed = self.trajectory.at(now) if self.trajectory else (position, 0.0)
         at = at if table["operating_mode"] in POSITION_MODES else position
-        velocity = round(sign * joint.speed / _TICK / _SPEED)
         duty = (
             (joint.effort + DAMPING * joint.speed) / (STALL_TORQUE * self.volts / NOMINAL_VOLTAGE)
             if self.torque_on
@@ -275,11 +283,11 @@ class Servo:
         status |= (not running and error <= _ARRIVED) | (error > _LOST) << 3
         table.show(
             int((now - self._booted) * 1000) % 32768,
-            int(running or abs(velocity) > table["moving_threshold"]),
+            int(self.moving(now)),
             status,
             round(sign * min(max(duty, -1), 1) * 885),
             round(sign * joint.current / 2.69),
-            velocity,
+            self.velocity,
             position,
             round(speed / _SPEED),
             round(at),
