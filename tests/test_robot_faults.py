@@ -19,7 +19,7 @@ import omx
 from omx import errors
 from omx.dynamixel import registers as reg
 from omx.dynamixel.bus import Bus
-from omx.log import read_log
+from omx.log import LogError, read_log
 from omx.robot import NotReady, Robot, ServoLost, ServoRestarted, Stalled, Stopped, TorqueOff
 from omx.trajectory import joint_move
 from omx.virtual import SteppedClock, VirtualPort
@@ -438,6 +438,27 @@ def test_an_error_in_a_callback_makes_the_arm_hold_and_keeps_the_log(robot, tmp_
     assert stands(robot)
     assert abs(math.degrees(robot.arm.q[0]) - TARGET[0]) > 5
     assert len(read_log(tmp_path / "a.csv")) >= 50
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a limit on the size of files")
+def test_a_disk_that_fills_up_in_mid_move_makes_the_arm_hold_and_loses_no_sample(robot, tmp_path):
+    import resource
+
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    robot.write_time(SECONDS)
+    robot.write_joints(TARGET)
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, limits[1]))
+        with pytest.raises(LogError, match=r"File too large after \d+ samples on the disk") as caught:
+            robot.log(LOGGED, tmp_path / "a.csv")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    samples = np.array(caught.value.samples)
+    assert len(samples) > 50
+    np.testing.assert_allclose(np.diff(samples[:, 0]), 0.02, atol=1e-6)
+    assert len(read_log(tmp_path / "a.csv")) == len(samples) - 1  # the last one did not fit
+    assert stands(robot)
+    assert abs(math.degrees(robot.arm.q[0]) - TARGET[0]) > 5
 
 
 def test_a_stop_between_the_check_and_the_goal_wins(robot, monkeypatch):

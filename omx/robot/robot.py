@@ -1,10 +1,7 @@
 """`Robot`: the arm in the course's words, degrees and millimetres, virtual or real."""
 
-import atexit
 import contextlib
 import math
-import sys
-import weakref
 from collections.abc import Callable
 
 import numpy as np
@@ -17,6 +14,7 @@ from ..kinematics import fk, frames, ik, jacobian, pose, solve_ik
 from ..log import Log, Recorder, ticks
 from ..safety import Guard
 from ..virtual import Clock, VirtualArm, VirtualPort
+from . import ending
 from .connect import open_bus
 from .driver import Driver, Reading
 
@@ -31,9 +29,6 @@ COLUMNS = {
 
 #: The gripper's servo (deg): where the course opens and closes it.
 OPEN_DEG, CLOSED_DEG = -45.0, 45.0
-
-#: Arms that a program has not closed yet.
-_open_robots: "weakref.WeakSet[Robot]" = weakref.WeakSet()
 
 
 class Robot:
@@ -62,8 +57,7 @@ class Robot:
             self.bus.close()
             raise
         self.clock = self.bus.clock
-        _open_robots.add(self)
-        _watch_cells()
+        ending.look_after(self)
 
     def __repr__(self) -> str:
         kind = "virtual" if self.arm else self.bus.name
@@ -288,32 +282,7 @@ class Robot:
             self.driver.park()
         finally:
             self.bus.close()
-            _open_robots.discard(self)
-
-
-@atexit.register
-def _at_exit() -> None:
-    """A program that ends without `close`: a real arm holds and parks; a virtual one has nothing to fall."""
-    for robot in list(_open_robots):
-        with contextlib.suppress(Exception):
-            if robot.arm is None:
-                robot.__exit__(SystemExit, None, None)
-            else:
-                robot.bus.close()
-
-
-def _watch_cells() -> None:
-    """In a notebook: a cell that ends in an error, or is interrupted, while an arm moves makes that arm hold."""
-    ipython = sys.modules.get("IPython")
-    shell = ipython.get_ipython() if ipython else None
-    if shell and _after_cell not in shell.events.callbacks["post_run_cell"]:
-        shell.events.register("post_run_cell", _after_cell)
-
-
-def _after_cell(result) -> None:
-    for robot in list(_open_robots) if result.error_in_exec else ():
-        if robot.bus.is_open and robot.driver.moving:
-            robot.driver.halt()
+            ending.let_go(self)
 
 
 def _numbers(values, name: str) -> list[float]:
