@@ -95,6 +95,8 @@ class RobotPanel(ipywidgets.VBox):
         super().__init__([self.joints, ipywidgets.HBox(buttons), ipywidgets.HBox([self.speed, unit]), self.message,
                           self.state])  # fmt: skip
         self.joints.q = _inside(start, self.driver.guard.soft_limits)
+        for button in (self.hold, self.stop_button, self.resume_button):
+            _heard_at_once(button)
         self._closing = threading.Event()
         self.look()
         if watch:
@@ -188,7 +190,7 @@ class RobotPanel(ipywidgets.VBox):
         for joint, (servo, mA) in enumerate(zip(servos, self.driver.read().current, strict=True), start=1):
             volts, degrees = readings[servo]
             words = ", ".join(reg.hardware_errors(errors[servo])) or "ok"
-            numbers = (f"{degrees} &deg;C", f"{volts / 10:.1f} V", f"{mA:.0f} mA")
+            numbers = (f"{degrees} &deg;C", f"{volts / 10:.1f} V", f"{mA:.0f} mA".replace("-", "\u2212"))
             rows.append((f"joint {joint}", *numbers, html.escape(words)))
         cells = "".join("<tr>" + "".join(f"<td style='padding:0 10px'>{c}</td>" for c in row) + "</tr>" for row in rows)
         return f"<table aria-label='State of the servos'>{cells}</table>"
@@ -210,3 +212,13 @@ class RobotPanel(ipywidgets.VBox):
 
 def _inside(q, limits) -> tuple[float, ...]:
     return tuple(min(max(value, low), high) for value, (low, high) in zip(q, limits, strict=True))
+
+
+def _heard_at_once(widget) -> None:
+    """Let the kernel take this widget's messages where JupyterLab sends them: to a shell of their own.
+
+    From 7.4 on ipykernel hands them to the shell that wrote to the widget last, which is the one that runs the cells:
+    a press on STOP would wait for the end of the very motion it is to stop.
+    """
+    if widget.comm is not None:
+        widget.comm._reply_subshell_for = lambda data, asked_for: asked_for

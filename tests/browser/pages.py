@@ -38,7 +38,7 @@ class NotebookPage:
         address = lab.page(path.relative_to(lab.root).as_posix())
         self.page.goto(address.replace("/lab/tree/", f"/lab/workspaces/{path.stem}/tree/"))
         self.page.locator(".jp-Notebook .jp-Cell").first.wait_for(timeout=60_000)
-        self._wait_for_kernel()
+        self.wait_for_kernel()
 
     def _console(self, message):
         if message.type == "error" and not any(noise in message.text for noise in NOISE):
@@ -50,7 +50,7 @@ class NotebookPage:
         sessions = self._lab.ask("sessions")
         return next((s["kernel"] for s in sessions if s["path"].endswith(self.path.name)), None)
 
-    def _wait_for_kernel(self):
+    def wait_for_kernel(self):
         """Until the kernel is idle, on the server and in the page."""
         deadline = time.monotonic() + RUN_TIMEOUT_S
         while not (self.kernel and self.kernel["execution_state"] == "idle"):
@@ -63,13 +63,17 @@ class NotebookPage:
 
     # -- running ------------------------------------------------------------------------------------------
 
-    def run_all(self):
-        """Run every cell, wait for the last, and return the cells as JupyterLab saved them."""
+    def start(self):
+        """Begin to run every cell."""
         self.page.locator(".lm-MenuBar-item", has_text="Run").click()
         self.page.locator(".lm-Menu-item", has_text="Run All Cells").first.click()
+
+    def run_all(self):
+        """Run every cell, wait for the last, and return the cells as JupyterLab saved them."""
+        self.start()
         deadline = time.monotonic() + RUN_TIMEOUT_S
         while time.monotonic() < deadline:
-            self._wait_for_kernel()
+            self.wait_for_kernel()
             cells = self.save()
             if all(cell["execution_count"] for cell in cells if cell["cell_type"] == "code" and cell["source"]):
                 return cells
@@ -93,7 +97,7 @@ class NotebookPage:
         """Load the page again, as a reader does whose browser was closed; the kernel lives on."""
         self.page.reload()
         self.page.locator(f"{SHOWN} .jp-Cell").first.wait_for(timeout=60_000)
-        self._wait_for_kernel()
+        self.wait_for_kernel()
 
     # -- scenes -------------------------------------------------------------------------------------------
 

@@ -1,0 +1,109 @@
+"""The robot panel under a hand: nothing moves by itself, holding moves, letting go holds, STOP works in mid-cell."""
+
+import pytest
+
+from tests.lab import run_in_kernel
+
+from .pages import pixels, share_changed
+
+PANEL = "from omx import Robot\nfrom omx.panel import RobotPanel\nrobot = Robot()\npanel = RobotPanel(robot)\npanel"
+MOVE = """
+from omx.robot import Stopped
+robot.write_motor_state(True)
+try:
+    robot.move_to([-80, -40, 10, 20], 25)
+except Stopped as reason:
+    print(reason)
+"""
+
+
+class Desk:
+    """A notebook with a panel on a virtual arm, in real time."""
+
+    def __init__(self, lab, notebook):
+        self.lab, self.notebook, self.page = lab, notebook, notebook.page
+        self.panel = notebook.panel()
+
+    def button(self, name):
+        return self.panel.get_by_role("button", name=name)
+
+    def says(self):
+        return self.panel.locator("[role=status]").inner_text()
+
+    def angle(self):
+        """q1 of the arm itself, not of the panel (deg)."""
+        code = "import math\nprint(math.degrees(robot.arm.q[0]))"
+        return float(run_in_kernel(self.lab, self.notebook.kernel["id"], code))
+
+    def ghost_to_the_left(self):
+        handle = self.panel.locator(".noUi-handle").first
+        handle.focus()
+        for _ in range(50):
+            handle.press("ArrowRight")
+        self.notebook.settle()
+
+    def pointer_on(self, name):
+        box = self.button(name).bounding_box()
+        self.page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+
+
+@pytest.fixture
+def desk(lab, open_page, notebook):
+    page = open_page(notebook(PANEL))
+    page.run_all()
+    return Desk(lab, page)
+
+
+def test_the_arm_moves_while_the_button_is_held_and_only_then(desk):
+    desk.button("Motors on").click()
+    desk.notebook.settle()
+    assert "Nothing moves" in desk.says()
+    scene = desk.panel.locator(".omx-scene").first
+    before = pixels(scene)
+    desk.ghost_to_the_left()
+    assert share_changed(before, pixels(scene)) > 0.002, "the ghost shows what is asked for"
+    start = desk.angle()
+    assert abs(start) < 1
+    desk.pointer_on("Hold to move")
+    desk.page.mouse.down()
+    desk.page.wait_for_timeout(1500)
+    moving = desk.angle()
+    desk.page.mouse.up()
+    desk.notebook.settle()
+    held = desk.angle()
+    assert 5 < moving <= held + 0.5
+    desk.notebook.settle()
+    assert desk.angle() == pytest.approx(held, abs=0.3)
+    assert held < 49, "it had not arrived when the button was let go"
+    assert not desk.notebook.errors
+
+
+def test_the_space_bar_holds_too_and_a_page_that_goes_ends_the_motion(desk):
+    desk.button("Motors on").click()
+    desk.notebook.settle()
+    desk.ghost_to_the_left()
+    desk.button("Hold to move").focus()
+    desk.page.keyboard.down(" ")
+    desk.page.wait_for_timeout(1000)
+    assert desk.angle() > 3
+    desk.page.goto("about:blank")  # the page is gone and says nothing: the heartbeat is missing
+    desk.page.wait_for_timeout(1000)
+    stopped = desk.angle()
+    desk.page.wait_for_timeout(700)
+    assert desk.angle() == pytest.approx(stopped, abs=0.3)
+    assert stopped < 49
+
+
+def test_stop_works_while_a_cell_runs(lab, open_page, notebook):
+    page = open_page(notebook(PANEL, MOVE))
+    page.start()
+    desk = Desk(lab, page)
+    page.page.wait_for_timeout(1500)
+    desk.button("STOP").click()
+    stopped = desk.angle()  # the answer comes when the cell has ended
+    assert -70 < stopped < -1, "it was on its way"
+    page.settle()
+    assert "Stopped" in desk.says()
+    assert "stop" in "".join(page.save()[1]["outputs"][0]["text"])
+    assert desk.angle() == pytest.approx(stopped, abs=0.5)
+    assert not page.errors
