@@ -94,6 +94,14 @@ def test_named_poses():
     assert panel.q == omx.HOME
 
 
+def test_zero_is_the_nearest_legal_value_where_zero_is_not_legal():
+    panel = JointPanel(View.of_chain(SLIDER, (0.5, 30)))
+    (button,) = panel.children[1].children[0].children[-1].children
+    button.click()
+    assert panel.q == (0, SLIDER.limits[1][0])
+    assert SLIDER.limits[1][0] > 0
+
+
 def test_narrower_limits_can_be_given():
     panel = JointPanel(q=omx.ZERO, limits=[(-0.5, 0.5)] * 4)
     assert {(s.min, s.max) for s in panel.sliders} == {(-28, 28)}

@@ -165,6 +165,17 @@ def test_curves_are_the_values_given():
     assert "a lies between 0 and 1" in picture.alt
 
 
+def test_what_was_wanted_lies_thin_and_dark_over_what_came():
+    picture = plots.curves(GRID, {"q1": GRID, "q2": -GRID}, "t (s)", "q (deg)", wanted={"q1": 2 * GRID, "q2": GRID})
+    came, wanted = axes_of(picture).lines[:2], axes_of(picture).lines[2:4]
+    for line, factor in zip(wanted, (2, 1), strict=True):
+        np.testing.assert_array_equal(line.get_xydata(), np.column_stack([GRID, factor * GRID]))
+    assert max(line.get_linewidth() for line in wanted) < 0.5 * min(line.get_linewidth() for line in came)
+    assert min(line.get_zorder() for line in wanted) >= max(line.get_zorder() for line in came)
+    assert [text.get_text() for text in picture.figure.legends[0].get_texts()] == ["q1", "q2", "wanted"]
+    assert "q1 should lie between 0 and 2" in picture.alt
+
+
 def test_a_polygon_that_runs_the_other_way_round_is_a_hole():
     picture = plots.plane([SQUARE, 0.5 * SQUARE[::-1]])
     image = matplotlib.image.imread(io.BytesIO(picture.png()))[::-1, :, :3]
@@ -182,3 +193,36 @@ def test_a_map_of_the_plane_shows_its_values_under_its_own_titles():
     axes = axes_of(plots.plane_map([0, 1], [0, 1], values, "share (%)", r="across (m)", z="up (m)"))
     np.testing.assert_array_equal(np.ma.filled(axes.collections[0].get_array(), np.nan).reshape(2, 2), values)
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("across (m)", "up (m)")
+
+
+def test_whole_numbers_have_a_colour_each_and_other_values_a_scale():
+    counts = np.array([[1.0, 2.0], [np.nan, 4.0]])
+    figure = plots.plane_map(GRID[:2], GRID[:2], counts, "branches").figure
+    mesh, bar = figure.axes[0].collections[0], figure.axes[1]
+    assert mesh.cmap.N == 4
+    assert (mesh.norm.vmin, mesh.norm.vmax) == (0.5, 4.5)
+    np.testing.assert_array_equal(bar.get_yticks(), [1, 2, 3, 4])
+    smooth = plots.plane_map(GRID[:2], GRID[:2], counts + 0.5, "share (%)").figure
+    assert smooth.axes[0].collections[0].cmap.N == 256
+
+
+def test_a_map_ends_where_its_values_end():
+    values = np.full((5, 5), np.nan)
+    values[1:3, 2:4] = 1.5
+    axes = axes_of(plots.plane_map(GRID, GRID, values, "share (%)"))
+    for (low, high), (first, last) in zip((axes.get_xlim(), axes.get_ylim()), ((2, 3), (1, 2)), strict=True):
+        assert GRID[first] - 0.2 < low < GRID[first]
+        assert GRID[last] < high < GRID[last] + 0.2
+
+
+def test_a_cloud_has_one_scale_and_no_numbers_in_its_corners():
+    axes = axes_of(plots.cloud(np.random.default_rng(1).uniform((-9, -9, 0), (9, 9, 4), (300, 3))))
+    axes.figure.draw_without_rendering()
+    shown = [axis.get_view_interval() for axis in (axes.xaxis, axes.yaxis, axes.zaxis)]
+    scales = np.ptp(shown, axis=1) / axes._box_aspect
+    np.testing.assert_allclose(scales, scales[0])
+    for axis, (low, high) in zip((axes.xaxis, axes.yaxis), shown, strict=False):
+        ticks = axis.get_majorticklocs()
+        assert len(ticks) >= 3
+        assert low + 0.05 * (high - low) < ticks.min()
+        assert ticks.max() < high - 0.05 * (high - low)

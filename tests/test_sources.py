@@ -1,4 +1,7 @@
-"""Every number of the two labs and of the planar-arm document, to the last digit that they print; and their errata."""
+"""Every number of the two labs and of the planar-arm document, to the last digit that they print; and their errata.
+
+The textbook chapter and the Stanford arm have `test_sources_arms.py`.
+"""
 
 from math import acos, asin, atan, atan2, degrees, hypot, pi, radians, sqrt
 
@@ -78,9 +81,21 @@ def test_erratum_the_prelabs_first_twist_turns_the_arm_upside_down():
     np.testing.assert_allclose(omx.COURSE.chain.matrices(omx.ZERO)[0][1], [0, 0, 1, 0], atol=1e-15)
 
 
+def test_erratum_the_prelabs_table_has_neither_l4_nor_delta():
+    """Without L4 its tip is the wrist, 126 mm off; without delta the tip is 24 mm off and more."""
+    for lengths, gap in (((77, 130, 124, 0, ASIN), 126.0), ((77, 130, 124, 126, 0), hypot(24, 130 - 127.765))):
+        tip = oracles.arm_frames(omx.ZERO, lengths)[-1][:3, 3]
+        assert np.linalg.norm(tip - omx.fk(omx.ZERO)[:3, 3]) == pytest.approx(gap, abs=1e-3)
+
+
 def test_erratum_the_third_row_of_a_planar_link_is_0_0_1_0():
+    """Printed: (0, 1, 0, 0). With that, the third column is all zeros, and the matrix is no rotation."""
     A2 = dh_matrix(sp.Symbol("theta_2"), 0, sp.Symbol("L2"), 0)
     assert list(A2.row(2)) == [0, 0, 1, 0]
+    printed = A2.copy()
+    printed[2, :] = sp.Matrix([[0, 1, 0, 0]])
+    assert printed[:3, :3].det() == 0
+    assert A2[:3, :3].det().simplify() == 1
 
 
 def test_erratum_the_expected_poses_are_whole_numbers():
@@ -204,6 +219,14 @@ def test_the_arc_cosine_form_fails_on_the_straight_arm_where_ours_does_not():
 
 def test_erratum_theta_1_wants_the_arc_tangent_of_two_arguments():
     assert degrees(omx.ik((-150, -100, 200, 0))[0].q[0]) == pytest.approx(degrees(atan(100 / 150)) - 180)
+    assert degrees(omx.ik((-100, -100, 200, 0))[0].q[0]) == pytest.approx(degrees(atan(1)) - 180)  # printed: 45
+
+
+@pytest.mark.parametrize("q1", [-2.0, 0.0, 0.7])
+def test_erratum_q1_is_free_above_the_base(q1):
+    """At x = y = 0 the arc tangent says nothing, and the joint stays where it is."""
+    high = omx.solve_ik((0, 0, 400, radians(90)), near=(q1, 0, -1.0, 0))
+    assert high.q[0] == pytest.approx(q1)
 
 
 def test_erratum_clamping_before_testing_gives_legal_angles_of_another_place():
@@ -258,10 +281,20 @@ def test_the_matrix_form_is_a_chain_of_planar_rows(links):
     np.testing.assert_allclose(tip(x, lengths), found[-1], atol=1e-12)
 
 
-def test_erratum_the_tip_is_one_row_of_the_articulations_and_has_a_direction():
+def test_two_links_at_60_degrees():
+    """The figure of a two-link arm: elbow at (1, 1.732), tip right above the base, 3.464 high."""
+    found = articulations(np.radians([60, 60]), np.array([2, 2]))
+    np.testing.assert_allclose(found, [[1, sqrt(3), pi / 3], [0, 2 * sqrt(3), 2 * pi / 3]], atol=1e-14)
+
+
+def test_erratum_the_program_computes_every_articulation_and_no_direction():
+    """What is printed gives two numbers a link; the tip is three numbers, and the last row holds two of them."""
     x, lengths = np.radians([60, 60, 60]), np.array([2, 2, 1])
-    assert articulations(x, lengths)[:, :2].shape == (3, 2)
+    printed = articulations(x, lengths)[:, :2]
+    assert printed.shape == (3, 2)
     assert tip(x, lengths).shape == (3,)
+    np.testing.assert_allclose(printed[-1], tip(x, lengths)[:2], atol=1e-14)
+    assert np.abs(printed[:-1] - tip(x, lengths)[:2]).max() > 0.5
 
 
 def test_the_arm_is_a_planar_arm_of_three_links_turned_and_lifted():

@@ -4,8 +4,8 @@ import math
 
 import ipywidgets
 
-from ..dh import Chain
-from ..geometry import COURSE, HOME, ZERO
+from ..dh import Chain, clipped
+from ..geometry import COURSE, HOME
 from ..kinematics import pose as tool_pose
 from ..view.view import View
 from . import words
@@ -39,7 +39,9 @@ class JointPanel(Panel):
         return f"JointPanel: {self.view!r}"
 
     def _buttons(self, view: View):
-        poses = {"zero": ZERO, "home": HOME} if view.geometry is not None else {"zero": (0.0,) * len(view.chain)}
+        poses = {"zero": clipped((0.0,) * len(self.chain), self.chain.limits)}  # or the limit nearest to it
+        if view.geometry is not None:
+            poses["home"] = HOME
         buttons = []
         for name, q in poses.items():
             button = ipywidgets.Button(description=name, tooltip=f"Go to the {name} pose")

@@ -15,16 +15,28 @@ ON_COLOUR = {
 }
 
 
-def curves(across, lines: Mapping[str, Sequence[float]], x: str, y: str, marks=(), alt: str = "") -> Picture:
+def curves(
+    across,
+    lines: Mapping[str, Sequence[float]],
+    x: str,
+    y: str,
+    marks=(),
+    alt: str = "",
+    wanted: Mapping[str, Sequence[float]] | None = None,
+) -> Picture:
     """Curves against one axis. `lines` maps each label to its values; `x` and `y` are axis titles with units.
 
-    `marks`: pairs (value on the x axis, label) drawn as vertical dotted lines. The line y = 0 is drawn if it is
-    in sight.
+    `marks`: pairs (value on the x axis, label) drawn as vertical dotted lines. `wanted`: what some of the lines should
+    have been, by the same labels, drawn as thin dark lines over them; they are wide then. The line y = 0 is drawn if
+    it is in sight.
     """
     across = np.asarray(across, float)
     figure, axes = axes_of(x, y)
+    width = 4.8 if wanted else 2.2
     for (label, values), colour, dash in zip(lines.items(), cycle(), cycle(("-", "--", "-.", ":")), strict=False):
-        axes.plot(across, np.asarray(values, float), color=colour, ls=dash, lw=2.2, label=label)
+        axes.plot(across, np.asarray(values, float), color=colour, ls=dash, lw=width, label=label)
+    for i, values in enumerate((wanted or {}).values()):
+        axes.plot(across, np.asarray(values, float), color=INK, lw=0.9, label="" if i else "wanted")
     low, high = axes.get_ylim()
     if low < 0 < high:
         axes.axhline(0, color=PALE, lw=1)
@@ -33,6 +45,8 @@ def curves(across, lines: Mapping[str, Sequence[float]], x: str, y: str, marks=(
         axes.annotate(f" {label}", (place, 0.97), xycoords=("data", "axes fraction"), va="top", fontsize=11)
     finish(axes, margin=0.02)
     told = "; ".join(f"{label or y} lies between {span_text(values)}" for label, values in lines.items())
+    if wanted:
+        told += "; " + "; ".join(f"{label} should lie between {span_text(values)}" for label, values in wanted.items())
     marked = "".join(f"; {label} is marked at {place:.4g}" for place, label in marks)
     return Picture(
         figure, f"{alt or f'{y} against {x}'}: {x} from {across[0]:.4g} to {across[-1]:.4g}; {told}{marked}."
