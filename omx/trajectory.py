@@ -166,8 +166,8 @@ def _joint_velocity(q, task_velocity, geometry, max_speed):
     fastest = int(np.abs(qd).argmax())
     if abs(qd[fastest]) > max_speed:
         raise OmxError(
-            f"joint q{fastest + 1} would have to turn at {np.degrees(abs(qd[fastest])):.0f} deg/s, above "
-            f"{np.degrees(max_speed):.0f} deg/s; take more seconds."
+            f"joint q{fastest + 1} would have to turn at {np.degrees(abs(qd[fastest])):.1f} deg/s, above "
+            f"{np.degrees(max_speed):.1f} deg/s; take more seconds."
         )
     return qd
 

@@ -8,7 +8,7 @@ import pytest
 import omx
 from omx.panel.robot import BEAT_S, RobotPanel
 from omx.robot import Robot
-from omx.virtual import SteppedClock
+from omx.virtual import SteppedClock, VirtualArm, VirtualPort
 
 
 @pytest.fixture
@@ -43,6 +43,21 @@ def test_the_panel_starts_where_the_arm_is_and_moves_nothing(panel):
     panel.robot.clock.sleep(1.0)
     np.testing.assert_array_equal(where(panel), before)
     assert not panel.motors.value
+
+
+def test_a_limp_arm_outside_its_limits_gets_a_panel_whose_ghost_is_inside():
+    """As after `park`: without torque the folded arm sinks until its links rest on each other."""
+    q = (0.0, -1.45, 1.53, 0.2)
+    low_high = omx.LIMITS[2]
+    assert q[2] > low_high[1]
+    robot = Robot(VirtualPort(VirtualArm(q=q), clock=SteppedClock()))
+    panel = RobotPanel(robot, watch=False)
+    assert panel.joints.q[2] == pytest.approx(robot.driver.guard.soft_limits[2][1])
+    np.testing.assert_allclose(panel.joints.q[:2], q[:2], atol=math.radians(2.1))
+    panel.look()
+    assert math.degrees(panel.joints.view.q[2]) == pytest.approx(math.degrees(q[2]), abs=0.2)
+    panel.close()
+    robot.bus.close()
 
 
 def test_without_motors_the_held_button_says_what_is_missing(panel):

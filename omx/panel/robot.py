@@ -70,8 +70,10 @@ class RobotPanel(ipywidgets.VBox):
 
     def __init__(self, robot, view: View | None = None, *, watch: bool = True):
         self.robot, self.driver = robot, robot.driver
-        start = self.driver.read().q
-        self.joints = JointPanel(view or View(start, geometry=robot.geometry), limits=self.driver.guard.soft_limits)
+        limits = self.driver.guard.soft_limits
+        start = _inside(self.driver.read().q, limits)  # an arm that hangs without torque may lie outside its limits
+        self._closing = threading.Event()
+        self.joints = JointPanel(view or View(start, geometry=robot.geometry), limits=limits)
         self.joints.on_command = lambda q: None  # the ghost alone; the arm goes there while the button is held
         self._aim: tuple[float, ...] | None = None
         self._silent_at = math.inf
@@ -94,10 +96,9 @@ class RobotPanel(ipywidgets.VBox):
         buttons = [self.motors, self.hold, self.stop_button, self.resume_button, self.park_button]
         super().__init__([self.joints, ipywidgets.HBox(buttons), ipywidgets.HBox([self.speed, unit]), self.message,
                           self.state])  # fmt: skip
-        self.joints.q = _inside(start, self.driver.guard.soft_limits)
+        self.joints.q = start
         for button in (self.hold, self.stop_button, self.resume_button):
             _heard_at_once(button)
-        self._closing = threading.Event()
         self.look()
         if watch:
             threading.Thread(target=self._watch, name="omx panel", daemon=True).start()
