@@ -243,17 +243,30 @@ def path_ahead(robot, seconds=4.0):
     return joint_move(robot.q, np.radians(TARGET), seconds)
 
 
-def test_a_stream_that_stutters_goes_on_although_the_watchdog_tripped(robot):
-    """The pause is shorter than a step that would be refused, and longer than the watchdog."""
-    path = joint_move(robot.q, (robot.q[0] + 0.1, *robot.q[1:]), 4.0)
+@pytest.mark.parametrize("pause", [0.15, 0.7, 5.0])
+def test_a_stream_that_stutters_waits_on_the_path_and_goes_on(robot, pause):
+    """Even if the watchdog trips meanwhile (0.4 s). A catch-up at 5 s would be a leap to the end."""
+    path = path_ahead(robot)
+    seen = []
 
     def stutter(reading, t):
-        if abs(t - 1.0) < 0.01:
-            robot.clock.sleep(0.7)
+        seen.append((t, *reading.q))
+        if len(seen) in (40, 41, 90):
+            robot.clock.sleep(pause)
 
     robot.follow(path, each=stutter)
-    assert robot.q[0] == pytest.approx(path.q[-1][0], abs=0.02)
+    t, q = np.array(seen)[:, 0], np.array(seen)[:, 1:]
+    assert np.diff(t).max() < 0.021
+    wanted = np.array([path.at(moment) for moment in t])
+    np.testing.assert_allclose(q, wanted, atol=math.radians(3))
+    np.testing.assert_allclose(robot.get_joints_readings()[0], TARGET, atol=1.5)
     assert set(robot.bus.read_all(JOINTS, "bus_watchdog").values()) == {0}
+
+
+def test_a_program_that_is_always_late_comes_to_the_end_all_the_same(robot):
+    path = joint_move(robot.q, (robot.q[0] + 0.1, *robot.q[1:]), 1.0)
+    robot.follow(path, each=lambda reading, t: robot.clock.sleep(0.2))
+    assert robot.q[0] == pytest.approx(path.q[-1][0], abs=0.02)
 
 
 def test_a_stream_that_breaks_off_stops_by_itself_and_the_next_command_works(robot):

@@ -27,6 +27,9 @@ COLUMNS = {
     "x": "mm", "y": "mm", "z": "mm", "pitch": "deg",
 }  # fmt: skip
 
+#: A step of a stream that comes later than this (s) is not caught up with: the arm would have to leap.
+HELD_UP_S = 0.1
+
 #: The gripper's servo (deg): where the course opens and closes it.
 OPEN_DEG, CLOSED_DEG = -45.0, 45.0
 
@@ -190,13 +193,14 @@ class Robot:
     def follow(self, trajectory, rate: float = 50.0, each: Callable[[Reading, float], None] | None = None) -> None:
         """Run an `omx.trajectory.Trajectory`: the next waypoint is sent `rate` times a second, two periods ahead.
 
-        `each(reading, t)` is called at every step. Checked whole before the first step: limits, table, speed. Starts
-        from where the trajectory starts: move there first. An interrupt or an error makes the arm hold.
+        `each(reading, t)` is called at every step, `t` (s) being how far along the trajectory we are. Checked whole
+        before the first step: limits, table, speed. Starts from where the trajectory starts: move there first. If the
+        program is held up, the arm waits on the path and goes on from there. An interrupt or an error makes it hold.
         """
         self._check_trajectory(trajectory)
         period = 1.0 / rate
         try:
-            for t in self.ticks(trajectory.seconds, rate):
+            for t in self._along(trajectory.seconds, rate):
                 reading = self.driver.stream_to(trajectory.at(t + period), 2 * period)
                 if each:
                     each(reading, t)
@@ -204,6 +208,19 @@ class Robot:
             self.driver.halt()
             raise
         self.driver.wait()
+
+    def _along(self, seconds: float, rate: float):
+        """The moments of `ticks`, but that time in which the program was held up does not count."""
+        start, last, held_up = 0.0, 0.0, True
+        while held_up:
+            held_up = False
+            for t in self.ticks(max(seconds - start, 0.0), rate):
+                held_up = start + t - last > max(HELD_UP_S, 2 / rate)
+                if held_up:
+                    break
+                last = start + t
+                yield last
+            start = min(last + 1 / rate, seconds)
 
     def _check_trajectory(self, trajectory) -> None:
         guard = self.driver.guard
