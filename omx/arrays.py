@@ -10,8 +10,10 @@ from .errors import BadInput
 #: stays in the cache and below the 128 KB from which the C library maps fresh memory for every array.
 BLOCK = 12_288
 
-#: The least float that is an angle in (-pi, pi].
-LEAST = math.nextafter(-math.pi, 0.0)
+#: Floats (16 MB) that are asked for and let go, untouched, before many blocks are worked on. The C library hands a
+#: block's columns back to the system, page by page, unless it has seen larger pieces freed; that takes longer than
+#: computing them.
+HOARD = 1 << 21
 
 
 def sincos(x):
@@ -30,13 +32,14 @@ def sincos(x):
 
 
 def wrap(x):
-    """Angles (rad) brought into (-pi, pi], to within the spacing of floats at `x`."""
+    """Angles (rad) brought into (-pi, pi], to within the spacing of floats at `x`.
+
+    In turns, because there the subtraction is exact: what is left is in (-1/2, 1/2], and half a turn is pi.
+    """
     turns = x * (1.0 / math.tau)
-    turns -= 0.5
-    turns = np.ceil(turns)
-    turns *= -math.tau
-    turns += x
-    return np.clip(turns, LEAST, math.pi)  # rounding can leave the interval by a last bit
+    turns -= np.ceil(turns - 0.5)
+    turns *= math.tau
+    return turns
 
 
 def as_rows(value, name: str, columns: int, wanted: str):
@@ -75,6 +78,8 @@ def _described(value, array) -> str:
 
 def in_blocks(rows, block: int = BLOCK):
     """Slices that cut `rows` (N, k) into blocks, each with its columns contiguous: (slice, (k, n) array)."""
+    if len(rows) > block:
+        np.empty(HOARD)
     for start in range(0, len(rows), block):
         piece = slice(start, start + block)
         yield piece, np.ascontiguousarray(rows[piece].T)

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from . import kinematics
-from .arrays import LEAST, as_rows
+from .arrays import as_rows
 from .errors import BadInput
 from .generated import fk as _fk
 from .generated import ik as _ik
@@ -31,8 +31,15 @@ RANGE = (64.0, 1e9)
 #: Fewer rows than this are not worth a second thread.
 THREADED = 100_000
 
-#: Rows in one round of a compiled loop. A constant: so the compiler sees that the columns of a round do not overlap.
+#: Rows in one round of a compiled loop: few enough that the columns in work stay in the processor's nearest cache.
 ROUND = 256
+
+#: Rows whose results are copied out together: 16 columns are written in turn, and memory likes long runs.
+RUN = 8 * ROUND
+
+#: From one column of the work space to the next. A constant: so the compiler sees that columns do not overlap.
+#: An odd number of rounds: columns that lie a power of two apart would share few lines of the cache.
+PITCH = RUN + ROUND
 
 
 class Loops(NamedTuple):
@@ -142,10 +149,10 @@ def _functions() -> dict[str, Callable]:
         angle = pi - angle if x < 0.0 else angle
         return -angle if y < 0.0 else angle
 
-    def remainder(x, turn):  # as `wrap` in arrays.py, into (-pi, pi]
-        angle = x - turn * np.ceil(x * (1.0 / turn) - 0.5)
-        angle = pi if angle > pi else angle
-        return LEAST if angle < LEAST else angle
+    def remainder(x, turn):  # as `wrap` in arrays.py, but products fused with sums can round to more than half a turn
+        turns = x * (1.0 / turn)
+        angle = (turns - np.ceil(turns - 0.5)) * turn
+        return pi if angle > pi else angle
 
     def max(a, b):
         return a if a > b else b
@@ -157,85 +164,84 @@ def _functions() -> dict[str, Callable]:
 def _loops() -> Loops:
     """Compiled when first called. Rows are copied to columns, worked on, and copied to where they belong."""
     forward, branches = (_inline(f, **_functions()) for f in (_fk.pose, _ik.branches))
-    wrap, load = _functions()["remainder"], _compile(_load)
-    within, angle, length = 1.0 + kinematics.REACH_SLACK, *RANGE
+    load, copy, inside = _compile(_load), _compile(_copy), _inline(_inside)
+    wrap, angle, length = _functions()["remainder"], *RANGE
+    within = 1.0 + kinematics.REACH_SLACK
 
     @_compile
     def columns_pose(w, lengths):
         for i in range(ROUND):
-            x, y, z, pitch = forward(w[i], w[ROUND + i], w[2 * ROUND + i], w[3 * ROUND + i], *lengths)
-            w[4 * ROUND + i], w[5 * ROUND + i], w[6 * ROUND + i], w[7 * ROUND + i] = x, y, z, pitch
+            x, y, z, pitch = forward(w[i], w[PITCH + i], w[2 * PITCH + i], w[3 * PITCH + i], *lengths)
+            w[4 * PITCH + i], w[5 * PITCH + i], w[6 * PITCH + i], w[7 * PITCH + i] = x, y, z, pitch
 
     @_compile
-    def columns_ik(w, lengths):
+    def columns_ik(w, marks, lengths, ends):
         for i in range(ROUND):
-            x, y, z, pitch = w[i] + 0.0, w[ROUND + i] + 0.0, w[2 * ROUND + i], wrap(w[3 * ROUND + i], tau)
+            x, y, z, pitch = w[i] + 0.0, w[PITCH + i] + 0.0, w[2 * PITCH + i], wrap(w[3 * PITCH + i], tau)
             up, down, back_up, back_down, D, D_back = branches(x, y, z, pitch, *lengths)
-            blank = 0.0 if abs(D) <= within else nan
-            blank_back = 0.0 if abs(D_back) <= within else nan
-            for j in range(4):
-                w[(4 + j) * ROUND + i], w[(8 + j) * ROUND + i] = up[j] + blank, down[j] + blank
-                w[(12 + j) * ROUND + i], w[(16 + j) * ROUND + i] = back_up[j] + blank_back, back_down[j] + blank_back
+            front, back = abs(D) <= within, abs(D_back) <= within
+            marks[i], marks[PITCH + i] = front, back
+            for b, (q, reached) in enumerate(((up, front), (down, front), (back_up, back), (back_down, back))):
+                q1 = pi if q[0] == -pi else q[0]  # the arc tangent's range is closed at both ends
+                blank = 0.0 if reached else nan
+                w[(4 + 4 * b) * PITCH + i] = q1 + blank
+                for j in range(1, 4):
+                    w[(4 + 4 * b + j) * PITCH + i] = q[j] + blank
+                marks[(2 + b) * PITCH + i] = reached & inside(q1, q[1], q[2], q[3], ends)
 
     @_compile
     def pose_loop(start, stop, rows, out, lengths):
-        w, fine = np.zeros(8 * ROUND), True
+        w, fine = np.zeros(8 * PITCH), True
         for first in range(start, stop, ROUND):
-            count = min(ROUND, stop - first)
-            fine &= load(rows, first, count, w, angle, angle)
+            part = slice(first, min(first + ROUND, stop))
+            fine &= load(rows[part], w, angle, angle)
             columns_pose(w, lengths)
-            for i in range(count):
+            results = out[part]
+            for i in range(len(results)):
                 for j in range(4):
-                    out[first + i, j] = w[(4 + j) * ROUND + i]
+                    results[i, j] = w[(4 + j) * PITCH + i]
         return fine
-
-    store, judge = _compile(_store), _compile(_judge)
 
     @_compile
     def ik_loop(start, stop, rows, q, reachable, legal, lengths, ends):
-        w, fine = np.zeros(20 * ROUND), True
-        for first in range(start, stop, ROUND):
-            count = min(ROUND, stop - first)
-            fine &= load(rows, first, count, w, length, angle)
-            columns_ik(w, lengths)
+        w, marks, fine = np.zeros(20 * PITCH), np.zeros(6 * PITCH, dtype=np.bool_), True
+        for first in range(start, stop, RUN):
+            part = slice(first, min(first + RUN, stop))
+            fine &= load(rows[part], w, length, angle)
+            for k in range(0, part.stop - first, ROUND):
+                columns_ik(w[k:], marks[k:], lengths, ends)
             for b in range(4):
-                branch = w[(4 + 4 * b) * ROUND : (8 + 4 * b) * ROUND]
-                store(branch, first, count, q[b])
-                judge(branch, first, count, reachable[b], legal[b], ends)
+                for j in range(4):
+                    copy(w[(4 + 4 * b + j) * PITCH :], q[b, j, part])
+                copy(marks[b // 2 * PITCH :], reachable[b, part])
+                copy(marks[(2 + b) * PITCH :], legal[b, part])
         return fine
 
     return Loops(pose_loop, ik_loop)
 
 
-def _load(rows, first, count, w, largest, largest_last):
+def _load(rows, w, largest, largest_last):
     """Copy rows to the first four columns of `w`; False if one is not a number or too large."""
-    for i in range(count):
-        w[i], w[ROUND + i] = rows[first + i, 0], rows[first + i, 1]
-        w[2 * ROUND + i], w[3 * ROUND + i] = rows[first + i, 2], rows[first + i, 3]
     wrong = 0
-    for i in range(3 * ROUND):
-        wrong += not abs(w[i]) <= largest
-    for i in range(3 * ROUND, 4 * ROUND):
-        wrong += not abs(w[i]) <= largest_last
+    for i in range(len(rows)):
+        for j in range(4):
+            w[j * PITCH + i] = rows[i, j]
+    for i in range(len(rows)):
+        fine = (abs(w[i]) <= largest) & (abs(w[PITCH + i]) <= largest) & (abs(w[2 * PITCH + i]) <= largest)
+        wrong += not fine & (abs(w[3 * PITCH + i]) <= largest_last)
     return wrong == 0
 
 
-def _store(w, first, count, q):
-    """Copy one branch's four columns to `q` (4, N)."""
-    for j in range(4):
-        column = q[j]
-        for i in range(count):
-            column[first + i] = w[j * ROUND + i]
+def _copy(column, target):
+    """Fill `target` from the beginning of `column`. A loop, since numba makes it four times as fast as a slice."""
+    for i in range(len(target)):
+        target[i] = column[i]
 
 
-def _judge(w, first, count, reachable, legal, ends):
-    """Say of one branch's columns where they are reachable, that is not NaN, and where within all limits."""
-    for i in range(count):
-        reachable[first + i] = w[i] == w[i]
+def _inside(q1, q2, q3, q4, ends):
+    """Are the four angles within their limits?"""
     low1, high1, low2, high2, low3, high3, low4, high4 = ends
-    for i in range(count):
-        q1, q2, q3, q4 = w[i], w[ROUND + i], w[2 * ROUND + i], w[3 * ROUND + i]
-        legal[first + i] = (
-            (q1 >= low1) & (q1 <= high1) & (q2 >= low2) & (q2 <= high2)
-            & (q3 >= low3) & (q3 <= high3) & (q4 >= low4) & (q4 <= high4)
-        )  # fmt: skip
+    return (
+        (q1 >= low1) & (q1 <= high1) & (q2 >= low2) & (q2 <= high2)
+        & (q3 >= low3) & (q3 <= high3) & (q4 >= low4) & (q4 <= high4)
+    )  # fmt: skip

@@ -1,6 +1,8 @@
 """Whole-array arithmetic: as exact as the standard library's, and arguments that are checked by name."""
 
 import math
+import subprocess
+import sys
 from fractions import Fraction
 
 import numpy as np
@@ -10,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import omx
+from book.tools.place import ROOT
 from omx.arrays import BLOCK, as_rows, fill, in_blocks, sincos, wrap
 from tests.oracles import NEAR
 
@@ -63,6 +66,16 @@ def test_wrap_stays_in_its_interval_at_every_half_turn():
     assert (wrapped > -math.pi).all()
     assert (wrapped <= math.pi).all()
     np.testing.assert_array_equal(wrap(np.array([math.pi, -math.pi, 3 * math.pi, 0.0])), [math.pi] * 3 + [0.0])
+
+
+def test_wrap_stays_in_its_interval_one_float_after_the_other():
+    """Every float near an odd number of half turns, where rounding could lead out of (-pi, pi]."""
+    for half_turns in range(-41, 42, 2):
+        x = half_turns * math.pi + np.arange(-500, 501) * np.spacing(half_turns * math.pi)
+        wrapped = wrap(x)
+        assert (wrapped > -math.pi).all()
+        assert (wrapped <= math.pi).all()
+        assert {-1.0, 1.0} == set(np.sign(wrapped).tolist())
 
 
 # ---- arguments -----------------------------------------------------------------------------------------
@@ -139,6 +152,21 @@ def test_blocks_cover_every_row_once(rows):
     np.testing.assert_array_equal(np.concatenate([columns.T for _, columns in pieces]), table)
     np.testing.assert_array_equal(np.concatenate([table[piece] for piece, _ in pieces]), table)
     assert all(columns.flags.c_contiguous and columns.shape[1] <= BLOCK for _, columns in pieces)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="page faults are counted as Linux counts them")
+def test_blocks_keep_their_memory():
+    """In a fresh process: a block's columns (5 MB) come from memory that is there already, not from the system."""
+    code = (
+        "import resource, numpy as np, omx\n"
+        "faults = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_minflt\n"
+        f"poses, before = np.tile([200.0, 0.0, 100.0, 0.1], ({16 * BLOCK}, 1)), faults()\n"
+        "omx.ik_batch(poses)\n"
+        "print((faults() - before) / 16)"
+    )
+    command = [sys.executable, "-c", code]
+    told = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, timeout=60)
+    assert float(told.stdout) < 400  # about 90; 800 where every block's memory comes and goes
 
 
 def test_fill_spreads_plain_numbers_over_the_batch():

@@ -1,6 +1,8 @@
 """Batches in machine code: the same numbers as NumPy's, with numba, without it, and with its code run as Python."""
 
 import math
+from functools import cache
+from itertools import product
 
 import numpy as np
 import pytest
@@ -24,15 +26,10 @@ def way(request, monkeypatch):
         yield request.param
         return
     monkeypatch.setattr(fast, "_compile", lambda function, **options: function)
-    _forget()
+    for name in ("_functions", "_loops"):  # caches of their own, so that what numba compiled is kept
+        monkeypatch.setattr(fast, name, cache(getattr(fast, name).__wrapped__))
     with np.errstate(all="ignore"):  # compiled code does not warn
         yield request.param
-    _forget()
-
-
-def _forget():
-    for cached in (fast._functions, fast._loops):
-        cached.cache_clear()
 
 
 def random_joints(count, seed=0):
@@ -170,6 +167,20 @@ def test_targets_on_the_axis_and_far_away(way):
     assert (reachable == expected[1]).all()
     assert (legal == expected[2]).all()
     assert turned(q, expected[0])[reachable].max() < 1e-12
+
+
+def test_angles_are_half_open_where_the_arm_folds_and_behind_the_base(way):
+    """Where angles come out as half a turn: straight back, a hair to the right of it, arms straight or folded."""
+    bare = omx.COURSE.replace(L1=0.0, delta=0.0)
+    reach = (bare.L2 + bare.L3 + bare.L4, bare.L2 + bare.L3 - bare.L4, bare.L2 - bare.L3 + bare.L4, 200.0)
+    sides = (0.0, -0.0, 1e-20, -1e-20, -5e-324)
+    pitches = np.arange(-4, 5) * math.pi / 2
+    targets = list(product((*reach, *(-r for r in reach)), sides, (0.0, -0.0), pitches))
+    q, reachable, _ = fast.ik_batch(targets, bare)
+    q_numpy, reachable_numpy, _ = omx.ik_batch(targets, bare)
+    for angles, reached in ((q, reachable), (q_numpy, reachable_numpy)):
+        assert ((angles > -math.pi) & (angles <= math.pi))[reached].all()
+    assert (q[reachable] == math.pi).any()
 
 
 # ---- threads, float32, mistakes --------------------------------------------------------------------------

@@ -49,9 +49,9 @@ def test_binder_takes_the_books_own_environment():
     assert (ROOT / ".binder" / "postBuild").stat().st_mode & 0o100
 
 
-@pytest.mark.parametrize("name", ["grading", "lite", "hub"])
+@pytest.mark.parametrize("name", ["grading", "lite", "fast", "hub"])
 def test_environments_beside_are_pinned(name):
-    assert all(re.fullmatch(r"[\w-]+==[\w.]+", requirement) for requirement in aside.requirements(name))
+    assert all(re.fullmatch(r"[\w-]+(\[\w+\])?==[\w.]+", requirement) for requirement in aside.requirements(name))
 
 
 def test_an_environment_that_is_not_listed_is_refused():

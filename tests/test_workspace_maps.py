@@ -5,6 +5,7 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from functools import partial
 
 import numpy as np
+import psutil
 import pytest
 
 import omx
@@ -128,14 +129,26 @@ def test_counts_do_not_depend_on_the_workers():
         assert (workspace.count_plane(2_200_000, seed=3, executor=processes).counts == here).all()
 
 
-def test_counts_do_not_depend_on_a_cluster():
+def test_counts_do_not_depend_on_a_cluster_that_listens_on_the_loopback_address():
     distributed = pytest.importorskip("dask.distributed", reason="dask is not installed")
-    keep = partial(workspace.clear, table=20.0)
+    mine, keep = psutil.Process(), partial(workspace.clear, table=20.0)
     here = workspace.count_plane(SAMPLES, seed=3, keep=keep, executor=Here()).counts
     cluster = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None, "host": "127.0.0.1"}
     with distributed.Client(**cluster) as client:
         there = workspace.count_plane(SAMPLES, seed=3, keep=keep, executor=client.get_executor()).counts
+        listening = {process: addresses(process) for process in [mine, *mine.children(recursive=True)]}
     assert (there == here).all()
+    workers = [process for process, found in listening.items() if found and process != mine]
+    assert len(workers) == 2
+    assert listening[mine]  # the scheduler
+    assert set().union(*listening.values()) == {"127.0.0.1"}
+    assert psutil.wait_procs(workers, timeout=15)[1] == []
+    assert not addresses(mine)
+
+
+def addresses(process):
+    """The addresses on which a process listens for TCP."""
+    return {c.laddr.ip for c in process.net_connections("tcp") if c.status == psutil.CONN_LISTEN}
 
 
 def test_a_rule_drops_samples():
