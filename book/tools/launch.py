@@ -30,7 +30,7 @@ COMMANDS = (
     Command("book", "book/tools/site.py", ("-m book.tools.site",), "build the site in build/site [--serve]"),
     Command("slides", "book/tools/slides.py", ("-m book.tools.slides",), "build the slides in build/slides"),
     Command("lite", "book/tools/lite.py", ("-m book.tools.lite",), "build the book for a browser alone: build/lite"),
-    Command("bench", "tests/bench", ("-m tests.bench",), "measure the kinematics against other code"),
+    Command("bench", "tests/bench", ("-m tests.bench",), "measure the kinematics against other code [--report]"),
     Command("doctor", "omx/doctor", ("-m omx.doctor",), "find out why the arm does not answer"),
     Command("lock", "environment.txt", (), "rewrite the lower part of environment.txt [--newest]"),
 )

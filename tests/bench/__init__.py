@@ -1,1 +1,1 @@
-"""How fast is it? `python -m tests.bench [--quick]`: one table, every ratio taken in one run."""
+"""How fast is it? `python -m tests.bench`: a table, or with --report a report; every ratio is taken in one run."""

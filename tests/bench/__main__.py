@@ -1,28 +1,13 @@
-"""Prints the table."""
+"""Prints the table, or writes the report."""
 
-import os
-import platform
+import argparse
 import sys
-from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
 
 from tests.bench.contenders import in_c, many, one_at_a_time
+from tests.bench.machine import describe
 from tests.bench.timing import FINE, Result, race
 
-
-def machine() -> str:
-    """Processor, cores, load, and the versions that matter."""
-    info = Path("/proc/cpuinfo")
-    lines = info.read_text().splitlines() if info.exists() else []
-    model = next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), platform.processor())
-    load = f", load {os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else ""
-    parts = [f"{model or platform.machine()}, {os.cpu_count()} cores{load}; Python {platform.python_version()}"]
-    for package in ("numpy", "pin"):
-        try:
-            parts.append(f"{package} {version(package)}")
-        except PackageNotFoundError:
-            parts.append(f"no {package}")
-    return ", ".join(parts)
+COUNT = 1_000_000
 
 
 def show(title: str, results: list[Result]) -> None:
@@ -35,21 +20,32 @@ def show(title: str, results: list[Result]) -> None:
         print(line.rstrip())
 
 
-def main(arguments: list[str]) -> int:
-    if arguments not in ([], ["--quick"]):
-        print("usage: python -m tests.bench [--quick]", file=sys.stderr)
-        return 2
-    rounds, count = (15, 1_000_000) if arguments else (75, 1_000_000)
+def table(rounds: int) -> None:
+    """The short table: one configuration at a time, and batches of a million."""
     kind = "processor" if FINE else "wall clock"
-    print(f"{machine()}\nMedians of {kind} times over {rounds} rounds in which all take turns.")
+    print(f"{describe()}\nMedians of {kind} times over {rounds} rounds in which all take turns.")
     print("Each ratio is to the first row of its group, taken within a round.", flush=True)
-    few_in_c, many_in_c = in_c(count)
+    few_in_c, many_in_c = in_c(COUNT)
     if not few_in_c:
         print("No C compiler was found: the rows in C are left out.")
     show("one at a time", race(one_at_a_time(few_in_c), rounds))
-    results = race([*many(count), *many_in_c], rounds // 5)
-    show(f"batches of {count:,}, ns a row", results)
+    results = race([*many(COUNT), *many_in_c], rounds // 5)
+    show(f"batches of {COUNT:,}, ns a row", results)
     print(NOTES)
+
+
+def main(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(prog="python run.py bench", description="How fast is it? Prints a short table.")
+    parser.add_argument("--report", action="store_true", help="measure everything, also against other libraries and the"
+                        " book itself, and write build/bench/report.md with a figure (about 8 minutes)")  # fmt: skip
+    parser.add_argument("--quick", action="store_true", help="fewer rounds; with --report a small version (a minute)")
+    options = parser.parse_args(arguments)
+    if options.report:
+        from tests.bench.report import report
+
+        print(f"The report is {report(options.quick)}")
+    else:
+        table(15 if options.quick else 75)
     return 0
 
 

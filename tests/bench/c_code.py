@@ -3,6 +3,7 @@
 import ast
 import importlib.util
 import inspect
+import sys
 import tempfile
 from pathlib import Path
 
@@ -10,7 +11,7 @@ HEADER = "#include <math.h>\nstatic const double tau = 6.283185307179586, pi = 3
 WORDS = {"max": "fmax", "min": "fmin", "abs": "fabs"}
 
 
-def compiled(functions):
+def compiled(functions, flags=("-O3",)):
     """`(ffi, lib)` with `name(..., out)` and `name_loop(rows, n, lengths, out)`; None where there is no compiler."""
     try:
         import cffi
@@ -19,7 +20,8 @@ def compiled(functions):
     ffi = cffi.FFI()
     parts = [translated(function) for function in functions]
     ffi.cdef("".join(declaration for declaration, _ in parts))
-    ffi.set_source("_omx_bench", HEADER + "".join(code for _, code in parts), extra_compile_args=["-O3"])
+    source, libraries = HEADER + "".join(code for _, code in parts), [] if sys.platform == "win32" else ["m"]
+    ffi.set_source("_omx_bench", source, extra_compile_args=list(flags), libraries=libraries)
     with tempfile.TemporaryDirectory() as folder:
         try:
             path = ffi.compile(tmpdir=folder)

@@ -8,7 +8,7 @@ import omx
 from omx.generated import fk, ik, jacobian
 from tests import oracles
 from tests.bench.c_code import compiled, only
-from tests.bench.timing import Contender
+from tests.bench.timing import Contender, touch
 
 Q = (0.3, -0.4, 0.35, 0.2)
 TARGET = tuple(omx.pose(Q))
@@ -84,6 +84,7 @@ def many(count: int) -> list[Contender]:
     """Batches, against a copy of as many configurations."""
     q = oracles.random_q(count)
     poses = omx.pose(q)
+    touch(count)
     return [
         Contender(COPY, q.copy, count=count),
         Contender("omx.pose", lambda: omx.pose(q), COPY, 15, count=count),

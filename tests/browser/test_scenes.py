@@ -7,6 +7,7 @@ import pytest
 
 from tests.lab import run_in_kernel
 
+from .latency import PANEL, PROBE, latencies, summary
 from .pages import is_blank, pixels, share_changed
 
 SCENE = "from omx.view import Camera, View\nview = View()\nview.frames(4)\nview"
@@ -73,74 +74,15 @@ def test_a_killed_kernel_leaves_no_process(lab, open_page, notebook):
     assert not is_blank(pixels(scene))
 
 
-PROBE = """
-import anywidget
-import ipywidgets
-
-class Echo(anywidget.AnyWidget):
-    _esm = '''
-    export default { render({ model, el }) {
-      let done;
-      model.on("msg:custom", () => done(performance.now()));
-      window.omxAnswer = () => new Promise((resolve) => { done = resolve; });
-      window.omxAsk = () => model.send({});
-      el.textContent = "echo";
-    } };
-    '''
-
-echo = Echo()
-echo.on_msg(lambda widget, content, buffers: widget.send({}))
-plain = ipywidgets.FloatSlider(min=-100, max=100, step=1)
-plain.observe(lambda change: echo.send({}), "value")
-ipywidgets.VBox([echo, plain])
-"""
-
-MEASURE = """async () => {
-  const scene = document.querySelector(".omx-scene[data-ready] iframe").contentWindow.omxScene;
-  const handles = [...document.querySelectorAll(".noUi-handle")];
-  const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
-  const press = (handle, k) => handle.dispatchEvent(
-    new KeyboardEvent("keydown", { key: k % 2 ? "ArrowLeft" : "ArrowRight", bubbles: true, cancelable: true }));
-  const drawn = () => new Promise((resolve) => {
-    const node = scene.viewer.scene_tree.find(["meshcat", "arm", "4"]).object;
-    const pose = () => node.position.toArray().concat(node.quaternion.toArray()).join();
-    const before = pose(), render = scene.viewer.render;
-    scene.viewer.render = function () {
-      render.call(this);
-      if (pose() === before) return;
-      scene.viewer.render = render;
-      resolve(performance.now());
-    };
-  });
-  const timed = async (answer, act) => {
-    const start = performance.now();
-    act();
-    const time = (await answer) - start;
-    await pause(100);
-    return time;
-  };
-  const out = { message: [], slider: [], arm: [] };
-  for (let k = 0; k < 45; k++) {
-    out.message.push(await timed(omxAnswer(), omxAsk));
-    out.slider.push(await timed(omxAnswer(), () => press(handles.at(-1), k)));
-    out.arm.push(await timed(drawn(), () => press(handles[0], k)));
-  }
-  return out;
-}"""
-
-
 def test_a_slider_moves_the_whole_arm_quickly(open_page, notebook, capsys):
     """From a key on a slider to the drawn scene, against a bare round trip of a message in the same run.
 
     Printed, not asserted tightly: shared machines are slow at times. The aim is a median within twice the round
     trip's, and 95 in 100 below 80 ms. A slider without an arm shows what the slider itself costs.
     """
-    page = open_page(notebook("from omx.panel import JointPanel\nJointPanel()", PROBE))
+    page = open_page(notebook(PANEL, PROBE))
     page.run_all()
-    assert page.panel() is not None
-    page.page.wait_for_function("window.omxAsk && document.querySelector('.omx-scene[data-ready] iframe')")
-    page.settle()
-    times = {name: values[5:] for name, values in page.page.evaluate(MEASURE).items()}
+    times = latencies(page, 40)
     bare, plain, arm = (statistics.median(times[name]) for name in ("message", "slider", "arm"))
     with capsys.disabled():
         print(f"\nmessage there and back: {summary(times['message'])}")
@@ -176,8 +118,3 @@ def scene_frames(page):
 
 def tool_position(frame):
     return frame.evaluate('omxScene.viewer.scene_tree.find(["meshcat", "arm", "4"]).object.position.toArray()')
-
-
-def summary(times):
-    """The median and the 95th percentile, in words."""
-    return f"median {statistics.median(times):.0f} ms, p95 {sorted(times)[int(0.95 * len(times))]:.0f} ms"
