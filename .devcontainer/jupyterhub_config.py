@@ -17,7 +17,8 @@ c.Spawner.mem_limit = "1G"  # a kernel with NumPy, SymPy and Matplotlib takes ab
 c.Spawner.cpu_limit = 1.0
 c.Spawner.start_timeout = 120
 c.Spawner.args = [
-    # Over TCP, kernels that start in the same second now and then draw the same port.
+    # Over TCP, kernels that start in the same second now and then draw the same port. A socket's name may have 107
+    # characters: with homes longer than 28 characters, set JUPYTER_RUNTIME_DIR to a short folder of each user's own.
     "--KernelManager.transport=ipc",
     # Idle kernels end after 20 minutes, and the server after 10 more, so that forgotten ones make room.
     "--MappingKernelManager.cull_idle_timeout=1200",

@@ -50,8 +50,8 @@ html_logo = "static/arm.svg"
 html_favicon = "static/arm.svg"
 html_static_path = ["static", str(npm.BUILD / "shared")]
 html_css_files = ["house.css"]
-html_js_files = [("omx-view.js", {"defer": "defer"}), ("omx-kinematics.js", {"defer": "defer"}),
-                 ("panel.js", {"defer": "defer"}), ("page.js", {"defer": "defer"})]  # fmt: skip
+scripts = ("omx-view.js", "omx-kinematics.js", "row.js", "panel.js", "page.js")
+html_js_files = [(script, {"defer": "defer"}) for script in scripts]
 html_copy_source = True
 html_show_sphinx = False
 html_last_updated_fmt = None

@@ -107,7 +107,8 @@ def run_in_kernel(lab, kernel_id, code, timeout_s=60):
     """Run code in a kernel of the server, through the server as a browser does; the text that it printed."""
     import websocket
 
-    address = lab.url.replace("http", "ws", 1) + f"/api/kernels/{kernel_id}/channels?token={lab.token}"
+    address = lab.url.replace("http", "ws", 1) + f"/api/kernels/{kernel_id}/channels"
+    header = [f"Authorization: token {lab.token}"]
     message = {
         "header": {"msg_id": secrets.token_hex(8), "msg_type": "execute_request", "session": "t", "username": "t"},
         "parent_header": {},
@@ -117,7 +118,7 @@ def run_in_kernel(lab, kernel_id, code, timeout_s=60):
     }
     message["header"].update(version="5.3", date="")
     printed, missing = [], {"execute_reply", "idle"}  # on two channels, in no fixed order
-    with contextlib.closing(websocket.create_connection(address, timeout=timeout_s)) as line:
+    with contextlib.closing(websocket.create_connection(address, timeout=timeout_s, header=header)) as line:
         line.send(json.dumps(message))
         while missing:
             answer = line.recv()

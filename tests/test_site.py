@@ -16,6 +16,7 @@ from book.tools import deck, npm, pages, site, student
 from book.tools.normalise import normalise
 from book.tools.place import Stop
 from omx.generated import fk, ik
+from omx.view.row import places
 from tests.chapter import chapter, code, markdown
 
 NODE = shutil.which("node")
@@ -83,14 +84,25 @@ def test_icons_in_use_are_kept_and_the_rest_is_gone(built_site):
 # ---- kinematics in JavaScript -------------------------------------------------------------------------------
 
 
-def in_node(expression, arguments):
-    """The value of a JavaScript expression for each of the arguments (`a`), with the site's kinematics loaded."""
+def in_node(expression, arguments, more=""):
+    """The value of a JavaScript expression for each of the arguments (`a`), with the site's kinematics (and `more`)."""
     if NODE is None:
         pytest.skip("node is not on this machine")
-    program = f"globalThis.window = {{}};\n{site.kinematics()}\nconst {{ fk, ik }} = window.OMX_KINEMATICS;\n"
+    program = f"globalThis.window = {{}};\n{site.kinematics()}\n{more}\nconst {{ fk, ik }} = window.OMX_KINEMATICS;\n"
     program += f"console.log(JSON.stringify({json.dumps(arguments)}.map((a) => {expression})));"
     done = subprocess.run([NODE], input=program, capture_output=True, text=True, timeout=60, check=True)
     return json.loads(done.stdout)
+
+
+def test_javascript_puts_the_marks_of_a_row_where_python_does():
+    rows = [(1.2, 90.0, 110.0, 0.9), (-2.9, -40.0, -120.0, -1.5), (0.05, 0.0, 3.0, 3.1), (math.pi, 150.0, 0.0, -3.0)]
+    script = (site.ROOT / "book" / "static" / "row.js").read_text(encoding="utf-8")
+    for row, ours in zip(rows, in_node("window.OMX_ROW.places(...a)", rows, script), strict=True):
+        nodes, shown = places(row)
+        assert ours["shown"] == shown
+        assert set(ours["nodes"]) == set(nodes)
+        for name, matrix in nodes.items():
+            assert flat(ours["nodes"][name]) == pytest.approx(flat(matrix.tolist()), abs=1e-9), name
 
 
 def flat(value):
@@ -166,6 +178,16 @@ def test_a_picture_brings_its_alt_text():
     }
     cell = code("draw()", outputs=[picture])
     assert pages.prepared(cell)["metadata"]["mystnb"]["image"] == {"alt": "A line.", "width": "9px"}
+
+
+def test_a_robots_panel_says_what_is_missing_on_a_page():
+    def shown(plain):
+        data = {"text/html": '<div class="omx-panel"></div>', "text/plain": plain}
+        cell = code("panel", outputs=[{"output_type": "display_data", "data": data, "metadata": {}}])
+        return pages.prepared(copy.deepcopy(cell))["outputs"][0]["data"]["text/html"] + deck.sections({"cells": [cell]})
+
+    assert shown("RobotPanel: at home").count("hold-to-move") == 2
+    assert "hold-to-move" not in shown("JointPanel: at home")
 
 
 def test_without_npm_one_sentence_says_what_to_do(monkeypatch, tmp_path):

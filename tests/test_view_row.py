@@ -1,6 +1,9 @@
 """One DH row in 3-D: its frames stand where the link matrix says, and its marks come and go with its parameters."""
 
+import html
+import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -10,8 +13,9 @@ from hypothesis import strategies as st
 import omx
 from omx.panel import RowPanel
 from omx.view import RowView
+from omx.view.row import places
 
-from .scenes import objects, placed
+from .scenes import decoded, objects, placed
 
 angles = st.floats(-math.pi, math.pi)
 lengths = st.floats(-150, 150)
@@ -20,8 +24,11 @@ FULL = (1.2, 90.0, 110.0, 0.9)
 
 
 def marks(view):
-    """The names of the marks that the scene holds."""
-    return {path.removeprefix(f"{NOTES}/").split("/")[0] for path in objects(view.channel, NOTES)}
+    """The names of the marks that the scene shows."""
+    names = {path.removeprefix(f"{NOTES}/").split("/")[0] for path in objects(view.channel, NOTES)}
+    commands = decoded(view.channel)
+    told = {name: commands.get(("set_property", f"{NOTES}/{name}", "visible"), {}) for name in names}
+    return {name for name in names if told[name].get("value", True)}
 
 
 @given(st.tuples(angles, lengths, lengths, angles))
@@ -34,6 +41,40 @@ def test_the_frames_stand_where_the_link_matrix_says(row):
 
 
 test_the_frames_stand_where_the_link_matrix_says.view = RowView()
+
+
+def tip(nodes, path, point):
+    """Where a point (3,) of a mark's part is, seen from frame {0}, mm."""
+    name, _, _ = path.partition("/")
+    return (nodes[name] @ nodes[path] @ (*point, 1.0))[:3]
+
+
+@given(st.tuples(angles, lengths, lengths, angles))
+@settings(max_examples=60, deadline=None)
+def test_the_marks_lead_from_frame_to_frame(row):
+    """Each arrow ends where the next move begins, and each arc at the axis that was turned."""
+    theta, d, a, _ = row
+    nodes, _ = places(row)
+    lifted, shifted, end = (omx.Chain([omx.DHRow(*r)]).fk([0.0]) for r in ((theta, d, 0, 0), (theta, d, a, 0), row))
+    np.testing.assert_allclose(tip(nodes, "d/head", (0, 0, 10.4)), lifted[:3, 3], atol=5e-3)
+    np.testing.assert_allclose(tip(nodes, "a/head", (0, 0, 10.4)), shifted[:3, 3], atol=5e-3)
+    np.testing.assert_allclose(tip(nodes, "theta/head", (75, 0, 0)), 75 * end[:3, 0], atol=1e-9)
+    np.testing.assert_allclose(tip(nodes, "alpha/head", (75, 0, 0)), shifted[:3, 3] + 75 * end[:3, 2], atol=1e-9)
+    for matrix in nodes.values():
+        assert np.linalg.det(matrix[:3, :3]) > 0, "a mirrored mark"
+
+
+@given(angles)
+@settings(max_examples=60, deadline=None)
+def test_the_pieces_of_an_arc_follow_each_other_up_to_its_head(angle):
+    nodes, shown = places((angle, 0, 0, 0))
+    at = 0.0
+    for size in (128, 64, 32, 16, 8, 4, 2, 1):
+        if shown[f"theta/{size}"]:
+            piece = nodes[f"theta/{size}"]
+            assert math.degrees(math.atan2(piece[1, 0], piece[0, 0])) % 360 == pytest.approx(at % 360, abs=1e-9)
+            at += size
+    assert -3.0 <= at - abs(math.degrees(angle)) <= 0 or abs(math.degrees(angle)) < 3
 
 
 @pytest.mark.parametrize(("index", "name"), list(enumerate(("theta", "d", "a", "alpha"))))
@@ -69,6 +110,18 @@ def test_sliders_move_the_frames_and_the_other_way_round():
     assert panel.view.row.d == 10
 
 
-def test_without_a_kernel_the_scene_is_shown(monkeypatch):
+def test_the_panel_shows_the_link_matrix():
+    panel = RowPanel((0, 0, 0, 0))
+    panel.row = FULL
+    numbers = [f"{omx.Chain([omx.DHRow(*FULL)]).fk([0.0])[0, 3]:.1f}", f"{90.0:.1f}"]
+    assert all(number in panel._text.value for number in numbers)
+
+
+def test_without_a_kernel_a_page_is_told_all_that_its_sliders_need(monkeypatch):
     monkeypatch.setenv("OMX_VIEW", "shared")
-    assert "omx-scene" in RowPanel(FULL)._repr_mimebundle_()["text/html"]
+    text = RowPanel(FULL)._repr_mimebundle_()["text/html"]
+    data = json.loads(html.unescape(re.search(r'data-panel="([^"]*)"', text)[1]))
+    assert data["kind"] == "row"
+    assert data["q"] == pytest.approx(FULL)
+    assert [slider[0] for slider in data["sliders"]] == ["theta", "d", "a", "alpha"]
+    assert "omx-scene" in text

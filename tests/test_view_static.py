@@ -10,7 +10,7 @@ import struct
 import pytest
 
 import omx
-from omx.view import View, static, write_site_script
+from omx.view import RowView, View, static, write_site_script
 from omx.view.bundle import packed, viewer_source
 
 
@@ -104,6 +104,26 @@ def test_a_shared_scene_is_small_and_complete(tmp_path):
     assert len(placeholder) < 5000
     scene = take_apart(html.unescape(re.search(r'data-scene="([^"]*)"', placeholder)[1]))
     assert {key: known.get(data, data) for key, data in scene} == view.channel.log
+
+
+def nightly(view):
+    """The commands of a shared scene for a dark theme."""
+    text = html.unescape(re.search(r'data-scene="([^"]*)"', view.static_html(shared=True))[1])
+    known = static.stock()
+    return {key[:3]: known.get(data, data) for key, data in take_apart(text) if key[3:] == ("night",)}
+
+
+@pytest.mark.parametrize("view", [View(), RowView((1.2, 90, 110, 0.9)), View.of_chain(omx.COURSE.chain)])
+def test_a_shared_scene_carries_its_night(view):
+    """What a page with a dark theme puts on top is what the same scene, made dark, has in these places."""
+    night = nightly(view)
+    before = view.channel.log
+    assert {key[:2] for key in night} == {("set_object", "/meshcat/ground"), ("set_property", "/Background")}
+    assert all(before[key] != data for key, data in night.items())
+    view.dark = True
+    assert night.items() <= view.channel.log.items()
+    assert nightly(view) == {}, "dark by itself"
+    view.dark = False
 
 
 def test_a_site_script_is_written_in_place_of_an_old_one(tmp_path):

@@ -1,7 +1,7 @@
 // A deck: formulas first, then every slide is made to fit its 1280 x 720 pixels, then reveal.js takes over.
 (async function () {
   "use strict";
-  const WIDTH = 1280, HEIGHT = 720, ROOM = 640, SMALLEST = 0.74;
+  const WIDTH = 1280, HEIGHT = 720, ROOM = 640, SIZES = [1, 0.92, 0.84], SMALLEST = 0.74;
   const printing = /print-pdf/i.test(location.search);
   const scenes = () => [...document.querySelectorAll(".omx-scene[data-scene]")];
 
@@ -30,25 +30,33 @@
     block.style.fontSize = `${parseFloat(getComputedStyle(block).fontSize) * (room / need) * 0.985}px`;
   }
 
-  // Smaller type down to what the last row can read; then a second slide.
+  // Somewhat smaller type, so that the last row can still read it; formulas side by side; then a second slide.
   function fit(section) {
-    if (fitPicture(section)) return;
-    for (const size of [1, 0.92, 0.84, SMALLEST]) {
-      section.style.fontSize = `${size}em`;
-      if (tall(section) <= ROOM) return;
+    if (fitPicture(section) || fitText(section)) return;
+    if (section.querySelector(".formula + .formula")) {
+      section.classList.add("beside");
+      if (fitText(section)) return;
     }
     section.style.fontSize = "";
     divide(section);
+  }
+
+  function fitText(section) {
+    return SIZES.some((size) => {
+      section.style.fontSize = `${size}em`;
+      return tall(section) <= ROOM;
+    });
   }
 
   // One scene or picture on a slide takes the room that the words leave, if that is enough to see something.
   function fitPicture(section) {
     const pictures = section.querySelectorAll(".omx-scene, img");
     if (pictures.length !== 1) return false;
-    for (const size of [1, 0.92, 0.84, SMALLEST]) {
+    for (const size of SIZES) {
       section.style.fontSize = `${size}em`;
       section.style.setProperty("--picture", "0px");
-      const room = ROOM - tall(section);
+      const beside = pictures[0].closest(".omx-panel")?.offsetHeight ?? 0; // sliders take no room below
+      const room = ROOM - tall(section) + beside;
       section.style.setProperty("--picture", `${Math.min(room, 520)}px`);
       if (room >= 300 && tall(section) <= ROOM + 4) return true;
     }
@@ -113,12 +121,15 @@
 
   // One piece that is taller than a slide: text shrinks as far as it must, which the build reports.
   function shrink(section) {
-    for (let size = SMALLEST; size > 0.3 && tall(section) > ROOM; size -= 0.04) section.style.fontSize = `${size}em`;
+    for (let size = SIZES.at(-1); size > 0.3 && tall(section) > ROOM; size -= 0.04) section.style.fontSize = `${size}em`;
     if (parseFloat(section.style.fontSize) < SMALLEST) section.dataset.small = section.style.fontSize;
   }
 
   const leaves = () => document.querySelectorAll(".slides > section > section");
   const blocks = () => document.querySelectorAll(".slides pre, .slides table, .slides .formula");
+  for (const output of document.querySelectorAll(".slides pre.output")) {
+    if (output.clientWidth < 0.78 * output.scrollWidth) output.style.whiteSpace = "pre-wrap"; // or its type would be tiny
+  }
   for (const section of leaves()) fit(section);
   for (const block of blocks()) narrow(block);
   document.body.classList.remove("measuring");

@@ -5,9 +5,18 @@
   window.addEventListener("message", ({ data, source }) => {
     const frame = [...frames()].find((f) => f.contentWindow === source);
     if (!frame || !data?.omx) return;
-    if (data.omx === "ready") setTimeout(() => frame.contentWindow?.postMessage({ omx: "capture" }, "*"), 400);
+    if (data.omx === "ready") setTimeout(() => picture(frame), 400);
     if (data.omx === "captured") keep(frame, data.url);
   });
+
+  // Paper is white, whatever the theme.
+  function picture(frame) {
+    const dark = document.documentElement.dataset.theme === "dark";
+    const say = (message) => frame.contentWindow?.postMessage(message, "*");
+    if (dark) say({ omx: "theme", dark: false });
+    say({ omx: "capture" });
+    if (dark) say({ omx: "theme", dark: true });
+  }
 
   // WebGL prints as an empty box: a picture of the scene stands in for it.
   function keep(frame, url) {
@@ -36,10 +45,23 @@
       if (box.scrollWidth > box.clientWidth + 1 && getComputedStyle(box).overflowX !== "visible") box.tabIndex = 0;
     }
   };
+
+  // Code a little too wide for the column gets a little smaller type; on a phone it scrolls.
+  const SMALLEST = 0.83;
+  const narrow = () => {
+    for (const block of document.querySelectorAll("div.cell_input pre, div.cell_output pre")) {
+      block.style.fontSize = "";
+      const { paddingLeft, paddingRight, fontSize } = getComputedStyle(block);
+      const padding = parseFloat(paddingLeft) + parseFloat(paddingRight);
+      const share = (block.clientWidth - padding) / (block.scrollWidth - padding);
+      if (share < 1 && share > SMALLEST) block.style.fontSize = `${parseFloat(fontSize) * share * 0.995}px`;
+    }
+  };
   window.addEventListener("load", async () => {
     await window.MathJax?.startup?.promise;
+    narrow();
     reachable();
     document.body.dataset.settled = "true";
   });
-  window.addEventListener("resize", reachable);
+  window.addEventListener("resize", () => { narrow(); reachable(); });
 })();

@@ -5,6 +5,8 @@
   const DEG = Math.PI / 180;
   const { fk, ik } = window.OMX_KINEMATICS || {};
   const BRANCHES = ["front, elbow up", "front, elbow down", "back, elbow up", "back, elbow down"];
+  const COLOURS = ["#0072b2", "#e69f00", "#009e73", "#cc79a7"]; // of the ghosts, as omx.view has them
+  const GREEK = { theta: "\u03b8", alpha: "\u03b1" };
   const HOME = [0, -1.05, 0.35, 0.7];
 
   const text = (value, digits) => (Math.round(value * 10 ** digits) / 10 ** digits + 0).toFixed(digits).replace("-", "\u2212");
@@ -56,9 +58,11 @@
     constructor(box) {
       this.box = box;
       Object.assign(this, { limits: null, rows: null }, JSON.parse(box.dataset.panel));
+      this.pale = box.closest(".omx-robot"); // the ghost of a robot's panel is what you ask for: here the arm obeys at once
+      box.dataset.kind = this.kind;
       this.controls = element("div", { class: "omx-controls" });
       box.append(this.controls);
-      this.kind === "pose" ? this.poseControls() : this.jointControls();
+      ({ pose: () => this.poseControls(), row: () => this.rowControls(), joints: () => this.jointControls() })[this.kind]();
       window.addEventListener("message", (event) => {
         if (event.data?.omx === "ready" && event.source === this.frame()?.contentWindow) this.send();
       });
@@ -76,16 +80,21 @@
     send() {
       this.asked ??= requestAnimationFrame(() => {
         this.asked = null;
-        const nodes = {};
+        if (this.kind === "row") return this.sendRow();
+        const nodes = {}, visible = {};
+        if (this.pale) visible["/meshcat/ghosts"] = false;
         this.frames(this.q).forEach((T, i) => { nodes[`/meshcat/arm/${i}`] = columns(T); });
-        const visible = {};
         if (this.pose) nodes["/meshcat/notes/target"] = columns(this.targetMatrix());
         (this.found || []).forEach((s, k) => {
           visible[`/meshcat/ghosts/${k}`] = s.reachable && s !== this.chosen;
           if (s.reachable) this.frames(s.q).forEach((T, i) => { nodes[`/meshcat/ghosts/${k}/${i}`] = columns(T); });
         });
-        this.frame()?.contentWindow?.postMessage({ omx: "transforms", nodes, visible }, "*");
+        this.post(nodes, visible);
       });
+    }
+
+    post(nodes, visible) {
+      this.frame()?.contentWindow?.postMessage({ omx: "transforms", nodes, visible }, "*");
     }
 
     targetMatrix() {
@@ -99,7 +108,7 @@
       input.value = value;
       const output = element("output", {});
       const tell = () => {
-        output.textContent = `${text(Number(input.value), 0)} ${unit}`;
+        output.textContent = `${text(Number(input.value), 0)}${unit === "\u00b0" ? "" : "\u2009"}${unit}`;
         input.setAttribute("aria-valuetext", `${input.value} ${unit}`);
       };
       input.addEventListener("input", () => { tell(); hear(); });
@@ -134,22 +143,51 @@
         });
         return button;
       };
-      const poses = [go("zero", this.q.map(() => 0))];
+      const poses = [go("zero", joints.map(({ low, high, scale }) => scale * Math.min(Math.max(0, low), high)))];
       if (this.geometry) poses.push(go("home", HOME));
       sliders.append(element("p", { class: "omx-poses" }, ...poses));
       this.answer = element("div", { class: "omx-answer" });
       this.controls.append(sliders, this.answer);
     }
 
-    writeMatrix() {
-      const T = this.frames(this.q).at(-1);
+    matrix(T, name, words) {
       const body = element("tbody", {});
       for (const row of T) body.append(element("tr", {}, ...row.map((v, j) => element("td", {}, text(v, j === 3 ? 1 : 3)))));
-      const table = element("table", { class: "omx-matrix", "aria-label": "the pose T, position in mm" }, body);
+      const table = element("table", { class: "omx-matrix", "aria-label": `${words}, position in mm` }, body);
+      return element("div", { class: "omx-equation" }, element("i", {}, name), " = ", table);
+    }
+
+    writePose() {
+      const T = this.frames(this.q).at(-1);
       const values = ["x", "y", "z"].map((name, i) => `${name} = ${text(T[i][3], 1)} mm`);
       if (this.geometry) values.push(`pitch = ${text(fk.pose(...this.q, ...this.geometry)[3] / DEG, 1)}\u00b0`);
       this.answer.replaceChildren(element("p", { class: "omx-values" }, ...values.map((v) => element("span", {}, v))),
-        element("div", { class: "omx-equation" }, element("i", {}, "T"), " = ", table));
+        this.matrix(T, "T", "the pose T"));
+    }
+
+    // -- one DH row -----------------------------------------------------------------------------------------------
+
+    rowControls() {
+      const sliders = element("div", { class: "omx-sliders" });
+      const scales = this.sliders.map(([, unit]) => (unit === "mm" ? 1 : DEG));
+      this.inputs = this.sliders.map(([name, unit, low, high], i) =>
+        this.slider(sliders, GREEK[name] || name, unit === "mm" ? "mm" : "\u00b0", low, high, this.q[i] / scales[i], () => {
+          this.q = this.inputs.map((input, k) => Number(input.value) * scales[k]);
+          this.show();
+        }));
+      this.answer = element("div", { class: "omx-answer" });
+      this.controls.append(sliders, this.answer);
+    }
+
+    sendRow() {
+      const { nodes, shown } = OMX_ROW.places(...this.q);
+      const there = (things, value) =>
+        Object.fromEntries(Object.entries(things).map(([name, v]) => [`/meshcat/notes/${name}`, value(v)]));
+      this.post(there(nodes, columns), there(shown, (v) => v));
+    }
+
+    writeRow() {
+      this.answer.replaceChildren(this.matrix(OMX_ROW.link(...this.q), "A", "the link matrix A"));
     }
 
     // -- pose -----------------------------------------------------------------------------------------------------
@@ -180,20 +218,23 @@
     }
 
     writeBranches() {
-      const body = element("tbody", {});
+      const body = element("tbody", { role: "rowgroup" });
       for (const s of this.found) {
         const angles = s.reachable ? s.q.map((v) => text(v / DEG, 1)).join("\u2002") : "\u2014";
-        const cells = [s.name, angles, s.verdict].map((word, i) => element("td", i === 1 ? { class: "omx-angles" } : {}, word));
-        body.append(element("tr", s === this.chosen ? { class: "omx-chosen" } : {}, ...cells));
+        const cells = [s.name, angles, s.verdict].map((word, i) => element("td", { role: "cell", ...(i === 1 && { class: "omx-angles" }) }, word));
+        const colour = COLOURS[this.found.indexOf(s)];
+        cells[0].prepend(element("span", { style: `color: ${colour}`, "aria-hidden": "true" }, "\u25cf "));
+        body.append(element("tr", { role: "row", ...(s === this.chosen && { class: "omx-chosen" }) }, ...cells));
       }
-      const head = element("tr", {}, ...["branch", "q (\u00b0)", "verdict"].map((word) => element("th", { scope: "col" }, word)));
-      const table = element("table", { class: "omx-branches" }, element("thead", {}, head), body);
+      const names = ["branch", "q (\u00b0)", "verdict"].map((word) => element("th", { scope: "col", role: "columnheader" }, word));
+      const head = element("thead", { role: "rowgroup" }, element("tr", { role: "row" }, ...names));
+      const table = element("table", { class: "omx-branches", role: "table" }, head, body); // roles: the style makes it no table
       const words = this.chosen ? `The arm takes ${this.chosen.name}.` : "The arm stays: no branch is legal here.";
       this.answer.replaceChildren(element("p", {}, words), table);
     }
 
     show() {
-      this.kind === "pose" ? this.writeBranches() : this.writeMatrix();
+      ({ pose: () => this.writeBranches(), row: () => this.writeRow(), joints: () => this.writePose() })[this.kind]();
       this.send();
     }
   }

@@ -11,7 +11,7 @@ from pygments import highlight
 from pygments.formatters import HtmlFormatter
 from pygments.lexers import PythonLexer
 
-from book.tools import cells
+from book.tools import cells, pages
 from book.tools.normalise import text_of
 
 MOST_LINES = 20
@@ -99,7 +99,7 @@ def listing(text):
 
 def rich(data, metadata):
     if "text/html" in data:
-        return text_of(data["text/html"])
+        return pages.explained(data)
     if "image/svg+xml" in data:
         return f'<div class="figure">{text_of(data["image/svg+xml"])}</div>'
     if "image/png" in data:

@@ -18,7 +18,7 @@ from pathlib import Path
 from PIL import Image
 
 from book.tools import execute, normalise
-from book.tools.place import ENVIRONMENT, NOTEBOOKS, ROOT
+from book.tools.place import ENVIRONMENT, NOTEBOOKS, ROOT, Stop
 
 FOLDER = ROOT / "build" / "executed"
 AT_ONCE = 2
@@ -64,12 +64,13 @@ def slim(png):
 
 
 def merged(path, folder=FOLDER):
-    """The chapter as it is written now (parsed JSON), with the outputs of its kept run."""
+    """The chapter as it is written now (parsed JSON), with the outputs of its kept run. Raises `Stop`."""
     notebook, done = normalise.read(path), normalise.read(kept(path, folder))
-    outputs = [cell["outputs"] for cell in done["cells"] if cell["cell_type"] == "code"]
-    for cell in notebook["cells"]:
-        if cell["cell_type"] == "code":
-            cell["outputs"] = copy.deepcopy(outputs.pop(0))
+    here, there = ([cell for cell in each["cells"] if cell["cell_type"] == "code"] for each in (notebook, done))
+    if code(here) != code(there):
+        raise Stop(f"{path.name} was changed while the book was built; build it again.")
+    for cell, run_before in zip(here, there, strict=True):
+        cell["outputs"] = copy.deepcopy(run_before["outputs"])
     return notebook
 
 
@@ -79,9 +80,13 @@ def kept(path, folder=FOLDER):
 
 def key(path, package):
     """A hash of all that a chapter's outputs depend on: its code, the package, the environment."""
-    cells = [c for c in normalise.read(path)["cells"] if c["cell_type"] == "code"]
-    code = [(normalise.text_of(c["source"]), c["metadata"].get("tags")) for c in cells]
-    return hashlib.sha256((package + json.dumps(code)).encode()).hexdigest()
+    cells = [cell for cell in normalise.read(path)["cells"] if cell["cell_type"] == "code"]
+    return hashlib.sha256((package + json.dumps(code(cells))).encode()).hexdigest()
+
+
+def code(cells):
+    """What of code cells decides on their outputs."""
+    return [(normalise.text_of(cell["source"]), cell["metadata"].get("tags")) for cell in cells]
 
 
 def key_of_run(path):

@@ -1,8 +1,12 @@
 """Build the site: `python run.py book` writes build/site, a folder to open or to put on any web server.
 
-    python -m book.tools.site                # chapters that changed are run, pages that changed are written
+Chapters that changed are run, pages that changed are written.
+
+    python -m book.tools.site                # build it
     python -m book.tools.site --fresh        # everything anew
     python -m book.tools.site --serve        # and show it at 127.0.0.1
+
+With --serve, Ctrl-C ends it.
 """
 
 import argparse

@@ -20,7 +20,7 @@ from book.tools.place import ROOT, Stop
 
 SLIDES = ROOT / "build" / "slides"
 LIBRARIES = ("reveal.js/dist/reveal.js", "reveal.js/dist/reveal.css", "reveal.js/plugin/notes/notes.js")
-OWN = ("deck.js", "deck.css", "panel.js", "arm.svg")
+OWN = ("deck.js", "deck.css", "row.js", "panel.js", "arm.svg")
 
 
 def build(paths=None, folder=SLIDES):

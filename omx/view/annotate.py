@@ -71,6 +71,31 @@ def arc(centre, start, end, colour="#1b1f24", label: str | None = None, radius: 
     return out.label(label, middle, _hex(colour)) if label else out
 
 
+def rod(length: float, colour, radius: float = 1.6) -> Drawing:
+    """An arrow without its head, along z from the origin, drawn over everything."""
+    solid = cone((0, 0, 0), (0, 0, length), radius, rgb(colour), 12, radius)
+    return Drawing().solid(solid, _LABELLED, casts=False, order=11)
+
+
+def head(length: float, colour, radius: float = 4.2) -> Drawing:
+    """An arrow's head along z, from the origin on."""
+    return Drawing().solid(cone((0, 0, 0), (0, 0, length), radius, rgb(colour)), _LABELLED, casts=False, order=11)
+
+
+def arc_piece(size: float, degrees: float, colour, radius: float = 1.1) -> Drawing:
+    """An arc of `degrees` and of radius `size` about z, from x on."""
+    turn = np.radians(np.linspace(0, degrees, max(3, math.ceil(degrees / 4) + 1)))
+    points = size * np.column_stack((np.cos(turn), np.sin(turn), 0 * turn))
+    return Drawing().solid(tube(points, radius, rgb(colour)), _LABELLED, casts=False, order=11)
+
+
+def arc_head(size: float, colour, radius: float = 1.1) -> Drawing:
+    """The head of an arc about z that ends on the x axis, `size` from the origin."""
+    end = np.array((size, 0.0, 0.0))
+    solid = cone(end - (0, 4 * radius, 0), end, 2.4 * radius, rgb(colour))
+    return Drawing().solid(solid, _LABELLED, casts=False, order=11)
+
+
 def plane(size: float, colour="#0072b2", opacity: float = 0.15) -> Drawing:
     """A translucent square in the node's x-y plane, with its rim."""
     h = 0.5 * size

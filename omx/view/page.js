@@ -4,11 +4,12 @@
   "use strict";
   const MOST_FRAMES = 8;
   const filled = [];
+  const isDark = () => document.documentElement.dataset.theme === "dark";
 
   // The frame's page for one placeholder; the handouts' printer uses it, too.
   function page(box) {
     const { shell, viewer, stock, start } = OMX_VIEW;
-    const config = box.dataset.config.replaceAll("<", "\\u003c");
+    const config = JSON.stringify({ ...JSON.parse(box.dataset.config), dark: isDark() }).replaceAll("<", "\\u003c");
     const text = (id, data) => '<script type="text/plain" id="' + id + '">' + data + "</" + "script>";
     const run = "<script>" + start + "</" + "script>";
     return shell.replace("/*config*/{}", () => config)
@@ -23,10 +24,12 @@
     frame.title = box.getAttribute("aria-label") || "3-D scene";
     frame.style.cssText = "width:100%;height:100%;border:0;display:block";
     frame.srcdoc = page(box);
+    box.dataset.dark = isDark();
     box.append(frame);
     filled.push(box);
     for (const old of filled.filter((b) => !near.has(b)).slice(0, Math.max(0, filled.length - MOST_FRAMES))) {
       old.replaceChildren();
+      delete old.dataset.ready;
       filled.splice(filled.indexOf(old), 1);
     }
   }
@@ -38,6 +41,21 @@
       else { near.add(target); fill(target); }
     }
   }, { rootMargin: "400px" });
+
+  // A site whose reader may turn the lights off says so on its root.
+  function dress(box) {
+    if (box.dataset.dark === String(isDark())) return;
+    box.querySelector("iframe")?.contentWindow?.postMessage({ omx: "theme", dark: isDark() }, "*");
+    if (box.dataset.ready) box.dataset.dark = isDark();
+  }
+  new MutationObserver(() => filled.forEach(dress))
+    .observe(document.documentElement, { attributeFilter: ["data-theme"] });
+  window.addEventListener("message", ({ data, source }) => {
+    const box = data?.omx === "ready" && filled.find((b) => b.querySelector("iframe")?.contentWindow === source);
+    if (!box) return;
+    box.dataset.ready = "true";
+    dress(box); // it may have been too late, or too early, for the last change
+  });
 
   function begin() {
     for (const box of document.querySelectorAll(".omx-scene[data-scene]")) watch.observe(box);

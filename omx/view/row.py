@@ -1,4 +1,8 @@
-"""`RowView`: one DH row as four moves from frame {0} to frame {1}."""
+"""`RowView`: one DH row as four moves from frame {0} to frame {1}.
+
+Every mark is drawn once, in a place of its own, and then only moved, and shown or hidden. So a page without Python
+can do the same: book/static/row.js has `places` once more.
+"""
 
 import math
 
@@ -6,12 +10,21 @@ import numpy as np
 
 from ..dh import Chain, DHRow
 from ..errors import BadInput
+from . import annotate
 from .annotate import PALETTE
+from .drawing import Drawing
+from .figure import put_object, put_property, put_transform
+from .rigid import column_major
 from .scene import Scene
 from .stage import Camera
 
 #: Length of the frames' axes, radius of the arcs, half the length of the joints' axes, mm.
 _MARK, _ARC, _AXIS = 42.0, 75.0, 130.0
+#: Length of an arrow's head, and of the rod behind it as it is drawn, before it is stretched, mm.
+_HEAD, _ROD = 10.4, 100.0
+#: Arcs of so many degrees, one after the other, make an arc of any whole number.
+_PIECES = (128, 64, 32, 16, 8, 4, 2, 1)
+_NOTES = "/meshcat/notes"
 _GREY = "#8a929c"
 
 
@@ -24,7 +37,11 @@ class RowView(Scene):
 
     def __init__(self, row=(0, 0, 0, 0), *, height: int = 380, dark: bool = False, camera: Camera = Camera.ISO):
         super().__init__(height=height, dark=dark, camera=camera, aim=(0.02, 0.045, 0.06), distance=0.6, floor=-80.0)
-        self.row = row
+        with self.channel.batch():
+            self.triad("first", np.eye(4), index=0, size=_MARK)
+            for name, drawing in _drawings().items():
+                put_object(self.channel, f"{_NOTES}/{name}", drawing)
+            self.row = row
 
     @property
     def row(self) -> DHRow:
@@ -34,51 +51,105 @@ class RowView(Scene):
     @row.setter
     def row(self, value) -> None:
         self._row = value if isinstance(value, DHRow) else DHRow(*_four(value))
-        theta, d, a, alpha = _four(self._row.at(0.0))
-        lifted, shifted, end = (_matrix(*r) for r in ((theta, d, 0, 0), (theta, d, a, 0), (theta, d, a, alpha)))
+        nodes, shown = places(_four(self._row.at(0.0)))
         with self.channel.batch():
-            self._line("joint_axis", np.zeros(3), (0, 0, 1), back=_AXIS)
-            self._line("next_axis", end[:3, 3], end[:3, 2], back=_AXIS)
-            self.triad("first", np.eye(4), index=0, size=_MARK)
-            self.triad("last", end, index=1, size=_MARK)
-            self._length("d", np.zeros(3), lifted[:3, 3], (-14, -14, 0))
-            self._length("a", lifted[:3, 3], shifted[:3, 3], (0, 0, 13))
-            self._angle("theta", "θ", np.zeros(3), (1, 0, 0), lifted[:3, 0])
-            self._angle("alpha", "α", shifted[:3, 3], shifted[:3, 2], end[:3, 2])
+            for name, matrix in nodes.items():
+                put_transform(self.channel, f"{_NOTES}/{name}", column_major(matrix))
+            for name, visible in shown.items():
+                put_property(self.channel, f"{_NOTES}/{name}", "visible", visible)
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """The link matrix A of the row, (4, 4), mm: the last frame as the first one sees it."""
+        return _matrix(*_four(self._row.at(0.0)))
 
     def __repr__(self) -> str:
         theta, d, a, alpha = self._row.at(0.0)
         turn, twist = math.degrees(theta), math.degrees(alpha)
         return f"DH row: theta = {turn:.1f} deg, d = {d:.1f} mm, a = {a:.1f} mm, alpha = {twist:.1f} deg"
 
-    def _line(self, name: str, point, direction, back: float = 0.0) -> None:
-        """A thin line through a point, `back` mm to the one side and an axis' length, or an arc's radius, ahead."""
-        direction = np.asarray(direction, float)
-        ahead = back or 1.1 * _ARC
-        self.path([point - back * direction, point + ahead * direction], name=name, colour=_GREY, radius=0.6)
 
-    def _length(self, name: str, start, end, aside) -> None:
-        """An arrow with its name beside it, unless it has no length."""
-        if np.linalg.norm(end - start) < 1.0:
-            for mark in (name, f"{name}_name"):
-                self.remove(mark)
-            return
-        self.arrow(name, start, end - start, colour=PALETTE[4])
-        self.label(f"{name}_name", name, 0.5 * (start + end) + aside, colour=PALETTE[4])
+# ---- what is drawn once ----------------------------------------------------------------------------------
 
-    def _angle(self, name: str, label: str, centre, start, end) -> None:
-        """An arc from one direction to another, each drawn as a thin line, unless they agree."""
-        if np.dot(start, end) > math.cos(0.02):
-            for mark in (name, f"{name}_from", f"{name}_to"):
-                self.remove(mark)
-            return
-        self._line(f"{name}_from", centre, start)
-        self._line(f"{name}_to", centre, end)
-        self.arc(name, centre, _ARC * np.asarray(start, float), end, label=label, colour=PALETTE[3])
+
+def _drawings() -> dict[str, Drawing]:
+    """Every mark by its name, where it is drawn: arrows along z, arcs about z from x on."""
+    axis = annotate.polyline([(0, 0, -_AXIS), (0, 0, _AXIS)], _GREY, 0.6)
+    out = {"joint_axis": axis, "next_axis": axis, "last": annotate.triad(1, _MARK)}
+    for name in ("d", "a"):
+        out |= {f"{name}/rod": annotate.rod(_ROD, PALETTE[4]), f"{name}/head": annotate.head(_HEAD, PALETTE[4])}
+        out[f"{name}_name"] = Drawing().label(name, (0, 0, 0), PALETTE[4])
+    line = annotate.polyline([(0, 0, 0), (1.1 * _ARC, 0, 0)], _GREY, 0.6)
+    for name, letter in (("theta", "θ"), ("alpha", "α")):
+        out |= {f"{name}/from": line, f"{name}/to": line, f"{name}/head": annotate.arc_head(_ARC, PALETTE[3])}
+        out |= {f"{name}/{size}": annotate.arc_piece(_ARC, size, PALETTE[3]) for size in _PIECES}
+        out[f"{name}/name"] = Drawing().label(letter, (0, 0, 0), PALETTE[3])
+    return out
+
+
+# ---- what changes with the row -----------------------------------------------------------------------------
+
+_FLIP = np.diag((1.0, -1.0, -1.0, 1.0))
+#: An arrow along z turned along x, and an arc about z from x on turned about x from z on.
+_ALONG_X = np.array([[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
+_ABOUT_X = np.array([[0, 0, 1, 0], [0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 1.0]])
+
+
+def places(row) -> tuple[dict, dict]:
+    """Where each mark of the row (theta, d, a, alpha; mm, rad) stands, (4, 4) mm by its name, and which are shown."""
+    theta, d, a, alpha = row
+    lifted, shifted, end = (_matrix(*r) for r in ((theta, d, 0, 0), (theta, d, a, 0), (theta, d, a, alpha)))
+    nodes, shown = {"next_axis": end, "last": end}, {}
+    for name, frame, length in (("d", np.eye(4), d), ("a", lifted @ _ALONG_X, a)):
+        nodes |= _arrow(name, frame, length)
+        shown[name] = shown[f"{name}_name"] = abs(length) >= 1.0
+    nodes["d_name"] = _shift(0.5 * lifted[:3, 3] + (-14, -14, 0))
+    nodes["a_name"] = _shift(0.5 * (lifted + shifted)[:3, 3] + (0, 0, 13))
+    for name, frame, angle in (("theta", np.eye(4), theta), ("alpha", shifted @ _ABOUT_X, alpha)):
+        angle = math.atan2(math.sin(angle), math.cos(angle))
+        nodes |= _arc(name, frame if angle > 0 else frame @ _FLIP, abs(angle))
+        left = _length_of_arc(angle)
+        shown |= {name: abs(angle) > 0.02, f"{name}/head": abs(angle) > 0.1}
+        shown |= {f"{name}/{size}": bool(left & size) for size in _PIECES}
+    return nodes, shown
+
+
+def _arrow(name: str, frame, length: float) -> dict:
+    """An arrow along z of `frame`: its rod is stretched, its head is pushed to the end."""
+    head = min(0.4 * abs(length), _HEAD)
+    rod = max(abs(length) - head, 1e-3)
+    return {name: frame if length > 0 else frame @ _FLIP, f"{name}/rod": np.diag((1, 1, rod / _ROD, 1)),
+            f"{name}/head": _shift((0, 0, rod)) @ np.diag((1, 1, max(head, 1e-3) / _HEAD, 1))}  # fmt: skip
+
+
+def _arc(name: str, frame, angle: float) -> dict:
+    """An arc about z of `frame`, from its x to `angle` (rad): whole pieces one after the other, and a head."""
+    left, start = _length_of_arc(angle), 0
+    out = {name: frame, f"{name}/to": _turn(angle), f"{name}/head": _turn(angle)}
+    out[f"{name}/name"] = _shift(1.18 * _ARC * np.array((math.cos(angle / 2), math.sin(angle / 2), 0)))
+    for size in _PIECES:
+        out[f"{name}/{size}"] = _turn(math.radians(start))
+        start += left & size
+    return out
+
+
+def _length_of_arc(angle: float) -> int:
+    """Of how many whole degrees an arc is, when its head takes the last two."""
+    return max(0, int(math.degrees(abs(angle)) + 1e-9) - 2)
 
 
 def _matrix(theta, d, a, alpha) -> np.ndarray:
     return Chain([DHRow(theta, d, a, alpha)]).fk([0.0])
+
+
+def _turn(angle: float) -> np.ndarray:
+    return _matrix(angle, 0, 0, 0)
+
+
+def _shift(to) -> np.ndarray:
+    out = np.eye(4)
+    out[:3, 3] = to
+    return out
 
 
 def _four(values) -> tuple[float, ...]:

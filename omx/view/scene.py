@@ -52,8 +52,18 @@ class Scene:
     @dark.setter
     def dark(self, dark: bool) -> None:
         self._dark = bool(dark)
+        self._set_ground(self.channel, self._dark)
+
+    def _set_ground(self, channel: Channel, dark: bool) -> None:
         half = 500.0 * max(0.4, self._aim[1])
-        stage.set_ground(self.channel, self._floor, self._dark, half, half / 10)
+        stage.set_ground(channel, self._floor, dark, half, half / 10)
+
+    def _night(self) -> dict[tuple, bytes]:
+        """The commands that make the stage dark, for a page that follows its reader's theme; none if it is dark."""
+        night = Channel()
+        if not self._dark:
+            self._set_ground(night, True)
+        return night.log
 
     # -- marks --------------------------------------------------------------------------------------------
 
@@ -123,10 +133,12 @@ class Scene:
         """The scene as HTML without a kernel: sandboxed, fetching nothing, animated if an animation is set.
 
         `shared=True` gives a placeholder of a few kB instead, for pages that load the script of
-        `write_site_script` once.
+        `write_site_script` once; there the stage is dark where the page's theme is.
         """
-        make = static.placeholder if shared else static.frame
-        return make(self.channel, self._config, height or self.height, repr(self))
+        height = height or self.height
+        if not shared:
+            return static.frame(self.channel, self._config, height, repr(self))
+        return static.placeholder(self.channel, self._config, height, repr(self), self._night())
 
     def __repr__(self) -> str:
         return "3-D scene"

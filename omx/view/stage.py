@@ -62,15 +62,15 @@ def set_light(channel) -> None:
 
 def set_ground(channel, height: float, dark: bool, half: float = 500.0, step: float = 50.0) -> None:
     """A grid of `step` mm at `height` (mm) that fades towards its rim, and the shadow of what stands on it."""
-    background = np.array((34, 38, 44) if dark else (255, 255, 255), float)
-    ink = np.array((92, 100, 110) if dark else (186, 193, 201), float)
+    background = np.array((56, 63, 72) if dark else (255, 255, 255), float)
+    ink = np.array((112, 121, 132) if dark else (186, 193, 201), float)
     points, colours = _grid(half, step, background, ink)
     level = np.full(len(points), height - 0.4)
     ground = Drawing().lines(np.column_stack((points, level)), colours)
     ground.mesh({"type": "PlaneGeometry", "width": 1.8e-3 * half, "height": 1.8e-3 * half},
                 {"type": "ShadowMaterial", "color": 0, "opacity": 0.55 if dark else 0.26, "transparent": True},
                 position=[0, 0, 1e-3 * height - 6e-4], receiveShadow=True)  # fmt: skip
-    top, bottom = ((44, 49, 56), (26, 29, 34)) if dark else ((255, 255, 255), (240, 243, 246))
+    top, bottom = ((74, 83, 94), (44, 50, 58)) if dark else ((255, 255, 255), (240, 243, 246))
     with channel.batch():
         put_object(channel, "/meshcat/ground", ground)
         for name, colour in (("top_color", top), ("bottom_color", bottom)):

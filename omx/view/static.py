@@ -17,9 +17,12 @@ def shell(config: dict) -> str:
     return script("shell.html").replace("/*config*/{}", json.dumps(config).replace("<", "\\u003c"))
 
 
-def scene_data(channel, known: dict[str, bytes] | None = None) -> str:
-    """The scene as text: its commands' keys and bytes, gzipped, base64; `known` commands only by their name."""
-    commands = channel.log
+def scene_data(channel, known: dict[str, bytes] | None = None, night: dict[tuple, bytes] | None = None) -> str:
+    """The scene as text: its commands' keys and bytes, gzipped, base64; `known` commands only by their name.
+
+    Commands of `night` have a fourth word in their key, `night`; they are for a page whose theme is dark.
+    """
+    commands = channel.log | {(*key, "night"): data for key, data in (night or {}).items()}
     names = {key: _name(data) for key, data in commands.items()} if known else {}
     kept = {key: data for key, data in commands.items() if names.get(key) not in (known or ())}
     head = [[*key, len(data) if key in kept else names[key]] for key, data in commands.items()]
@@ -28,14 +31,16 @@ def scene_data(channel, known: dict[str, bytes] | None = None) -> str:
 
 @functools.cache
 def stock() -> dict[str, bytes]:
-    """What nearly every scene holds (the course's arm, its ghosts' shapes, light and ground), by name."""
+    """What many scenes hold (the course's arm, its ghosts, a row's marks, light and ground), by name."""
+    from .row import RowView
     from .view import View
 
     out = {}
     for dark in (False, True):
         view = View(dark=dark)
         view.ghosts([view.q] * 4)
-        out |= {_name(data): data for key, data in view.channel.log.items() if key[0] == "set_object"}
+        for scene in (view, RowView(dark=dark)):
+            out |= {_name(data): data for key, data in scene.channel.log.items() if key[0] == "set_object"}
     return out
 
 
@@ -56,11 +61,12 @@ def frame(channel, config: dict, height: int, title: str) -> str:
     )
 
 
-def placeholder(channel, config: dict, height: int, title: str) -> str:
+def placeholder(channel, config: dict, height: int, title: str, night: dict | None = None) -> str:
     """A mark that the site's script (`write_site_script`) turns into a frame when the reader comes near."""
+    data = scene_data(channel, stock(), night)
     return (
         f'<div class="omx-scene" role="img" aria-label="{html.escape(title)}" style="width:100%;height:{height}px" '
-        f'data-config="{html.escape(json.dumps(config))}" data-scene="{scene_data(channel, stock())}"></div>'
+        f'data-config="{html.escape(json.dumps(config))}" data-scene="{data}"></div>'
     )
 
 

@@ -1,12 +1,16 @@
 """The site in a browser without a network: every page loads, shows formulas and scenes, and leads nowhere else."""
 
+import math
 from urllib.parse import urljoin
 
+import numpy as np
 import pytest
 
+import omx
 from book.tools import site
+from omx.view.row import places
 
-from .weblook import Look, is_blank, picture, served
+from .weblook import Look, image_of, is_blank, picture, served
 
 LIMIT = 1_500_000
 SHARED = ("_static/omx-view.js", "_static/mathjax/tex-svg-full.js")
@@ -70,6 +74,22 @@ def test_a_chapter_shows_formulas_scenes_and_no_dead_widget(look, path):
     assert look.problems == []
 
 
+#: Blocks of code, and those among them that scroll sideways; the smallest type among them, px.
+CODE = """() => {
+  const blocks = [...document.querySelectorAll("div.cell_input pre")].filter((block) => block.offsetHeight);
+  const wide = blocks.filter((block) => block.scrollWidth > block.clientWidth + 1);
+  return [blocks.length, wide.length, Math.min(...blocks.map((block) => parseFloat(getComputedStyle(block).fontSize)))];
+}"""
+
+
+@pytest.mark.parametrize("path", CHAPTERS)
+def test_nearly_all_code_is_seen_without_scrolling(look, path):
+    look.open(path).settle()
+    blocks, wide, type_px = look.page.evaluate(CODE)
+    assert wide <= 0.15 * blocks
+    assert type_px >= 10.5
+
+
 def maths_is_typeset(look):
     """No dollar and no backslash command of a formula is left in the text."""
     words = "a => [...a.querySelectorAll('.math')].map(m => m.innerText).join(' ')"
@@ -125,6 +145,107 @@ def test_pose_sliders_tell_four_verdicts(look):
     slider.fill("450")
     assert "out of reach" in panel.locator("table").inner_text()
     assert "The arm stays" in panel.locator("[role=status]").inner_text()
+
+
+def node(frame, name):
+    """Where a mark of a scene stands, (4, 4), as the viewer has it, and whether it is shown."""
+    find = "(name) => omxScene.viewer.scene_tree.find(['meshcat', 'notes', ...name.split('/')]).object"
+    elements = f"(name) => {{ const o = ({find})(name); o.updateMatrix(); return [o.matrix.elements, o.visible]; }}"
+    elements, visible = frame.evaluate(elements, name)
+    return np.array(elements, float).reshape(4, 4).T, visible
+
+
+def test_the_sliders_of_a_row_move_its_frames_and_its_matrix(look):
+    look.open("notebooks/02-frames-and-dh.html").settle()
+    panel = look.page.locator(".omx-panel[data-kind=row]")
+    frame = look.scene(panel.locator(".omx-scene"))
+    before = picture(frame)
+    for name, value in {"θ in °": -60, "d in mm": -75, "a in mm": 0, "α in °": 135}.items():
+        panel.get_by_role("slider", name=name).fill(str(value))
+    look.page.wait_for_timeout(400)
+    assert abs(picture(frame) - before).max() > 30
+    row = (math.radians(-60), -75.0, 0.0, math.radians(135))
+    A = omx.Chain([omx.DHRow(*row)]).fk([0.0])
+    told = [float(text.replace("−", "-")) for text in panel.locator(".omx-matrix td").all_inner_texts()]
+    assert np.reshape(told, (4, 4)) == pytest.approx(A, abs=0.051)
+    nodes, shown = places(row)
+    for name, matrix in nodes.items():
+        drawn, _ = node(frame, name)
+        drawn[:3, 3] *= 1e3
+        assert drawn == pytest.approx(matrix, abs=1e-4), name
+    assert {name: node(frame, name)[1] for name in shown} == shown
+    assert look.problems == []
+
+
+def test_a_robots_panel_says_what_it_can_do_elsewhere(look):
+    look.open("notebooks/07-lab-fk.html").settle()
+    box = look.page.locator(".omx-robot")
+    frame = look.scene(box.locator(".omx-scene"))
+    box.get_by_role("button", name="zero").click()
+    look.page.wait_for_timeout(400)
+    assert not frame.evaluate("omxScene.viewer.scene_tree.find(['meshcat', 'ghosts']).object.visible"), "no pale arm"
+    assert "hold-to-move" in box.locator(".omx-note").inner_text()
+    assert look.problems == []
+
+
+# ---- light and dark ------------------------------------------------------------------------------------------
+
+
+def brightness(frame):
+    """The scene's lower corners, 0 to 255: nothing but the ground is there."""
+    image = picture(frame)
+    return max(image[-12:, :12].mean(), image[-12:, -12:].mean())
+
+
+def turn_to(look, theme):
+    """Choose the theme in the page's own menu."""
+    look.page.locator("button.theme-switch-button:visible").first.click()
+    look.page.locator(f"button.theme-change-button[data-mode={theme}]:visible").first.click()
+    look.page.locator(f"html[data-theme={theme}]").wait_for()
+    look.page.wait_for_timeout(400)
+
+
+POSED = "omxScene.viewer.scene_tree.find(['meshcat', 'arm', '4']).object.matrix.elements.join()"
+SEEN_FROM = "omxScene.viewer.camera.getWorldPosition(new MeshCat.THREE.Vector3()).toArray()"
+
+
+def test_scenes_follow_the_theme_without_a_reload(look):
+    look.open("book/index.html").settle()
+    turn_to(look, "light")
+    panel = look.page.locator(".omx-panel").first
+    frame = look.scene(panel.locator(".omx-scene"))
+    panel.get_by_role("button", name="zero").click()
+    frame.locator("#omx-bar button", has_text="side").click()
+    look.page.wait_for_timeout(300)
+    kept = frame.evaluate(POSED), frame.evaluate(SEEN_FROM)
+    assert brightness(frame) > 220
+    turn_to(look, "dark")
+    assert brightness(frame) < 90
+    assert (frame.evaluate(POSED), frame.evaluate(SEEN_FROM)) == kept
+    turn_to(look, "light")
+    assert brightness(frame) > 220
+    assert (frame.evaluate(POSED), frame.evaluate(SEEN_FROM)) == kept
+    assert look.problems == []
+
+
+def test_a_page_opened_in_the_dark_has_dark_scenes_and_pale_words(browser, home):
+    context = browser.new_context(viewport={"width": 1280, "height": 860}, color_scheme="dark")
+    with Look(context, home) as look:
+        look.open("notebooks/02-frames-and-dh.html").settle()
+        box = look.page.locator(".omx-panel[data-kind=row] .omx-scene")
+        frame = look.scene(box)
+        frame.wait_for_timeout(900)
+        assert brightness(frame) < 90
+        words = frame.evaluate(
+            "() => { const found = []; omxScene.viewer.scene.traverse((o) => { if (o.isSprite) found.push("
+            "atob(o.material.map.image.src.split(',')[1])); }); return found; }"
+        )
+        assert len(words) >= 10
+        assert not [word for word in words if 'stroke="#ffffff"' in word]
+        printed = image_of(box.locator("img.omx-print").get_attribute("src"))
+        assert printed.mean() > 180, "what is printed is light"
+        assert look.problems == []
+    context.close()
 
 
 def test_search_finds_a_word_of_a_chapter(look):

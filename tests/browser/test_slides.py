@@ -11,7 +11,7 @@ from .weblook import Look, is_blank, picture, served
 
 CHAPTERS = sorted(path.stem for path in site.ROOT.glob("notebooks/*.ipynb"))
 
-#: Every slide's overflow in px (below, right), its smallest type in px (code apart), and whether it had to shrink.
+#: Every slide's overflow in px (below, right), its smallest type in px (and of code), and whether it had to shrink.
 MEASURE = """() => Reveal.getSlides().map((slide) => {
   Reveal.slide(...Object.values(Reveal.getIndices(slide)).slice(0, 2));
   const parts = [...slide.children].filter((c) => !c.matches("aside") && c.offsetHeight);
@@ -24,6 +24,7 @@ MEASURE = """() => Reveal.getSlides().map((slide) => {
     below: bottom - 720,
     wide: wide.filter((c) => c.offsetLeft + c.scrollWidth > 1280).length,
     type: Math.min(...type.map((c) => parseFloat(getComputedStyle(c).fontSize)), 99),
+    code: Math.min(...[...slide.querySelectorAll("pre")].map((c) => parseFloat(getComputedStyle(c).fontSize)), 99),
     shrunk: slide.dataset.small || "",
   };
 })"""
@@ -68,7 +69,7 @@ def test_a_deck_fits_is_readable_and_stays_at_home(look, name):
     seen = look.page.evaluate(MEASURE)
     assert len(seen) > 5
     assert [slide for slide in seen if slide["below"] > 0 or slide["wide"]] == []
-    assert [slide for slide in seen if slide["type"] < 18 or slide["shrunk"]] == []
+    assert [slide for slide in seen if slide["type"] < 18 or slide["code"] < 14 or slide["shrunk"]] == []
     assert look.page.locator("mjx-merror").count() == 0
     assert look.page.locator("img:not([alt])").count() == 0
     assert look.problems == []

@@ -92,7 +92,11 @@ class Look:
 
 def picture(frame):
     """What a scene shows, as an array (rows, columns, 3)."""
-    url = frame.evaluate("omxScene.capture()")
+    return image_of(frame.evaluate("omxScene.capture()"))
+
+
+def image_of(url):
+    """The picture of a `data:` address, as an array."""
     return np.asarray(Image.open(io.BytesIO(base64.b64decode(url.split(",")[1]))).convert("RGB"), float)
 
 
