@@ -12,7 +12,7 @@ from urllib.parse import unquote, urldefrag
 import pytest
 
 import omx
-from book.tools import deck, npm, pages, site, student
+from book.tools import deck, executed, npm, pages, site, student
 from book.tools.normalise import normalise
 from book.tools.place import Stop
 from omx.generated import fk, ik
@@ -153,6 +153,20 @@ def test_one_edit_changes_page_slide_and_sheet_together():
     for before, after in zip(products(small()), products(edited), strict=True):
         assert "Length of a line" not in before
         assert "Length of a line" in after
+
+
+def test_prose_may_change_after_the_run_and_code_may_not(tmp_path):
+    path, kept = tmp_path / "07-lines.ipynb", tmp_path / "kept"
+    kept.mkdir()
+    (kept / path.name).write_text(json.dumps(small()))
+    edited = small()
+    edited["cells"][0]["source"] = ["# Crooked lines"]
+    path.write_text(json.dumps(edited))
+    assert executed.merged(path, kept)["cells"][0]["source"] == ["# Crooked lines"]
+    edited["cells"].append(normalise({"cells": [code("1 + 1")], "nbformat": 4})["cells"][0])
+    path.write_text(json.dumps(edited))
+    with pytest.raises(Stop, match=r"07-lines.ipynb was changed while the book was built"):
+        executed.merged(path, kept)
 
 
 def test_notes_are_for_the_speaker_only():
