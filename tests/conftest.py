@@ -11,6 +11,8 @@ import pytest
 
 from book.tools.kernels import BlockingSocketKernelManager
 from book.tools.normalise import clean_outputs
+from book.tools.place import Stop
+from tests.hub import running_hub
 from tests.sites import built_site  # noqa: F401 - a fixture
 
 ON_CI = bool(os.environ.get("CI"))
@@ -86,3 +88,13 @@ def chromium():
     if not found:
         pytest.skip("No Chromium on this machine: install chromium to run the browser tests.")
     return found
+
+
+@pytest.fixture(scope="module")
+def hub():
+    """A JupyterHub with the book's settings; skipped where it cannot be installed, but not on CI."""
+    try:
+        with running_hub() as hub:
+            yield hub
+    except Stop as stop:
+        (pytest.fail if ON_CI else pytest.skip)(str(stop))

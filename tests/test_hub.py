@@ -7,9 +7,6 @@ import psutil
 import pytest
 import requests
 
-from book.tools.place import Stop
-from tests.conftest import ON_CI
-from tests.hub import running_hub
 from tests.lab import run_in_kernel
 
 ANGLES = {"ada": (30, -40, 20, 25), "ben": (-60, -20, 35, -10)}
@@ -38,17 +35,6 @@ import omx.generated.fk as fk, pathlib
 path = pathlib.Path(fk.__file__)
 path.write_text(path.read_text() + "EDITED = True\\n")
 """
-
-
-@pytest.fixture(scope="module")
-def hub():
-    try:
-        with running_hub() as hub:
-            yield hub
-    except Stop as stop:
-        if ON_CI:
-            pytest.fail(str(stop))
-        pytest.skip(str(stop))
 
 
 @pytest.fixture(scope="module")

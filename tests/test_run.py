@@ -361,7 +361,8 @@ def test_the_tools_status_is_ours(clone):
 
 def test_starting_loads_the_standard_library_only():
     code = "import sys; before = set(sys.modules); import book.tools.launch, book.tools.set_up, book.tools.lock; "
-    code += "print(*(n for n in set(sys.modules) - before if n.split('.')[0] not in sys.stdlib_module_names))"
+    code += "loaded = [n for n in set(sys.modules) - before if sys.modules[n]]; "
+    code += "print(*(n for n in loaded if n.split('.')[0] not in sys.stdlib_module_names))"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert {name.split(".")[0] for name in done.stdout.split()} == {"book"}
 

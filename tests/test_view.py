@@ -289,7 +289,7 @@ def test_dark_and_light(view):
 
     assert min(sky()) > 0.9
     view.dark = True
-    assert max(sky()) < 0.3
+    assert max(sky()) < 0.4
     view.dark = False
     assert min(sky()) > 0.9
 

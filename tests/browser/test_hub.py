@@ -6,23 +6,9 @@ import numpy as np
 import pytest
 
 import omx
-from book.tools.place import Stop
-from tests.conftest import ON_CI
-from tests.hub import running_hub
 
 ANGLES = {"ada": (30, -40, 20, 25), "ben": (-60, -20, 35, -10)}
 DRAWN = "omxScene.viewer.scene_tree.find(['meshcat', 'arm', '4']).object"
-
-
-@pytest.fixture
-def hub():
-    try:
-        with running_hub() as hub:
-            yield hub
-    except Stop as stop:
-        if ON_CI:
-            pytest.fail(str(stop))
-        pytest.skip(str(stop))
 
 
 def notebook(angles):
