@@ -14,7 +14,7 @@ from ..kinematics import fk, frames, ik, jacobian, pose, solve_ik
 from ..log import Log, Recorder, ticks
 from ..safety import Guard
 from ..virtual import Clock, VirtualArm, VirtualPort
-from . import ending
+from . import ending, following
 from .connect import open_bus
 from .driver import Driver, Reading
 
@@ -26,9 +26,6 @@ COLUMNS = {
     **{f"i{i}": "mA" for i in range(1, 5)},
     "x": "mm", "y": "mm", "z": "mm", "pitch": "deg",
 }  # fmt: skip
-
-#: A step of a stream that comes later than this (s) is not caught up with: the arm would have to leap.
-HELD_UP_S = 0.1
 
 #: The gripper's servo (deg): where the course opens and closes it.
 OPEN_DEG, CLOSED_DEG = -45.0, 45.0
@@ -197,47 +194,7 @@ class Robot:
         before the first step: limits, table, speed. Starts from where the trajectory starts: move there first. If the
         program is held up, the arm waits on the path and goes on from there. An interrupt or an error makes it hold.
         """
-        self._check_trajectory(trajectory)
-        period = 1.0 / rate
-        try:
-            for t in self._along(trajectory.seconds, rate):
-                reading = self.driver.stream_to(trajectory.at(t + period), 2 * period)
-                if each:
-                    each(reading, t)
-        except BaseException:
-            self.driver.halt()
-            raise
-        self.driver.wait()
-
-    def _along(self, seconds: float, rate: float):
-        """The moments of `ticks`, but that time in which the program was held up does not count."""
-        start, last, held_up = 0.0, 0.0, True
-        while held_up:
-            held_up = False
-            for t in self.ticks(max(seconds - start, 0.0), rate):
-                held_up = start + t - last > max(HELD_UP_S, 2 / rate)
-                if held_up:
-                    break
-                last = start + t
-                yield last
-            start = min(last + 1 / rate, seconds)
-
-    def _check_trajectory(self, trajectory) -> None:
-        guard = self.driver.guard
-        start = self.driver.read().q
-        gap = max(abs(a - b) for a, b in zip(start, trajectory.q[0], strict=True))
-        if gap > math.radians(3.0):
-            raise BadInput(
-                f"the arm is {math.degrees(gap):.1f} deg away from where the trajectory starts; `move_to` its start."
-            )
-        for q in trajectory.q[:: max(1, len(trajectory.q) // 200)]:
-            guard.check(q)
-        fastest = float(np.abs(trajectory.qd).max())
-        if fastest > guard.speed_cap:
-            raise BadInput(
-                f"the trajectory turns a joint at {math.degrees(fastest):.0f} deg/s; the cap is "
-                f"{math.degrees(guard.speed_cap):.0f} deg/s. Give it more seconds."
-            )
+        following.follow(self.driver, trajectory, rate, each)
 
     def ticks(self, seconds: float, rate: float = 50.0):
         """The moments (s) of a loop at `rate` turns a second of the arm's time: `for t in robot.ticks(10): ...`."""

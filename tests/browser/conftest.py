@@ -12,6 +12,7 @@ from book.tools import normalise
 from tests.lab import running_lab
 
 from .pages import NotebookPage
+from .weblook import Look
 
 FLAGS = (
     *("--headless", "--disable-gpu", "--enable-unsafe-swiftshader", "--no-sandbox", "--disable-quic"),
@@ -43,11 +44,25 @@ def lab(chromium, tmp_path_factory):
         os.environ.pop("OMX_GENERATED") if before is None else os.environ.update(OMX_GENERATED=before)
 
 
-@pytest.fixture(scope="session")
-def context(browser):
-    context = browser.new_context(viewport={"width": 1300, "height": 1000})
+@pytest.fixture(scope="module")
+def window():
+    """Width and height of the pages (px); a module of tests may have its own."""
+    return 1300, 1000
+
+
+@pytest.fixture(scope="module")
+def context(browser, window):
+    width, height = window
+    context = browser.new_context(viewport={"width": width, "height": height})
     yield context
     context.close()
+
+
+@pytest.fixture
+def look(context, home):
+    """A page of the site at `home`, which a module of tests defines."""
+    with Look(context, home) as look:
+        yield look
 
 
 @pytest.fixture

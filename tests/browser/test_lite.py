@@ -7,7 +7,7 @@ import pytest
 from book.tools import lite
 from book.tools.place import Stop
 
-from .weblook import Look, served
+from .weblook import served
 
 CODE = "import sympy; x = sympy.Symbol('x'); print(sympy.factor(x**4 - 1), sympy.__version__)"
 
@@ -20,14 +20,6 @@ def home():
         pytest.skip(str(stop))
     with served(lite.LITE) as address:
         yield address
-
-
-@pytest.fixture
-def look(browser, home):
-    context = browser.new_context()
-    with Look(context, home) as look:
-        yield look
-    context.close()
 
 
 def test_sympy_runs_in_the_browser_and_nothing_leaves(look):

@@ -25,16 +25,8 @@ def home(built_site):
 
 
 @pytest.fixture(scope="module")
-def context(browser):
-    context = browser.new_context(viewport={"width": 1280, "height": 860})
-    yield context
-    context.close()
-
-
-@pytest.fixture
-def look(context, home):
-    with Look(context, home) as look:
-        yield look
+def window():
+    return 1280, 860
 
 
 def pages():

@@ -7,7 +7,7 @@ import pytest
 
 from book.tools import handout, site, slides
 
-from .weblook import Look, is_blank, picture, served
+from .weblook import is_blank, picture, served
 
 CHAPTERS = sorted(path.stem for path in site.ROOT.glob("notebooks/*.ipynb"))
 
@@ -45,16 +45,8 @@ def home(built_site):
 
 
 @pytest.fixture(scope="module")
-def context(browser):
-    context = browser.new_context(viewport={"width": 1280, "height": 720})
-    yield context
-    context.close()
-
-
-@pytest.fixture
-def look(context, home):
-    with Look(context, home) as look:
-        yield look
+def window():
+    return 1280, 720
 
 
 def start(look, name):
