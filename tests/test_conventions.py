@@ -86,6 +86,7 @@ BROKEN = {
     "says TODO": added(code("x = 1  # TODO")),
     "is tagged 'check' after 'exercise'": metadata("length = math.hypot(5, 12)", tags=[]),
     "exercise without a hint": replaced("Hint:", ""),
+    "does not begin with its heading": replaced("### Exercise 7.1", "**Exercise 1.**"),
     "ends with 'solution'": added(markdown("**Exercise 9** Hint: no", tags=["exercise"]), code("1", tags=["solution"])),
     "no cell tagged 'predict'": metadata("**Predict**", tags=[]),
     "no cell tagged 'play'": metadata("**Play**", tags=[]),

@@ -4,7 +4,7 @@ import json
 
 import nbformat
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from book.tools import normalise
@@ -99,6 +99,7 @@ CELLS = st.builds(
 
 
 @given(st.lists(CELLS, max_size=5))
+@example([markdown("\r\r\na")])
 @settings(deadline=None)
 def test_twice_is_once_also_through_nbformat(cells):
     once = normalise.dumps(normal(*cells))

@@ -122,6 +122,8 @@ def exercises(cells):
                     yield number, f"is tagged {tag!r} after {state!r}; the order is exercise, solution, check"
                 if tag == "exercise" and "hint" not in source(cell).lower():
                     yield number, "is an exercise without a hint"
+                if tag == "exercise" and not re.match(r"### Exercise \d+\.\d+\b", source(cell)):
+                    yield number, "is an exercise that does not begin with its heading, `### Exercise 7.1 · Its name`"
                 state = tag
     if state != "check":
         yield 0, f"ends with {state!r}; the order is exercise, solution, check"

@@ -12,6 +12,7 @@ import argparse
 import hashlib
 import json
 import os
+import re
 import sys
 from pathlib import Path
 
@@ -35,7 +36,7 @@ def text_of(value):
 
 def lines_of(text):
     """The list of lines, ends kept, that the format stores for a multi-line string."""
-    return text.replace("\r\n", "\n").splitlines(keepends=True)
+    return re.sub(r"\r+\n", "\n", text).splitlines(keepends=True)
 
 
 def is_picture(output):
