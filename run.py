@@ -6,7 +6,7 @@
     python run.py              list all commands
 
 It needs Python 3.11 or newer and nothing else. This file itself stays readable for any Python, so that
-one that is too old can say so; the work is done in book/tools/launch.py.
+one that is too old can say so; the work is done in book/setup/launch.py.
 """
 
 import os
@@ -42,6 +42,6 @@ def starts(command):
 if __name__ == "__main__":
     if sys.version_info[:2] < OLDEST:
         sys.exit("run.py: " + too_old())
-    from book.tools import launch
+    from book.setup import launch
 
     sys.exit(launch.main(sys.argv[1:]))

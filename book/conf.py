@@ -8,7 +8,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from book.tools import executed, npm, pages  # noqa: E402
+from book.chapters import runs  # noqa: E402
+from book.publish import npm, pages  # noqa: E402
 
 project = "Kinematics of the OpenMANIPULATOR-X"
 author = "the OpenMANIPULATOR-X kinematics book authors"
@@ -19,7 +20,7 @@ language = "en"
 root_doc = "book/index"
 include_patterns = ["book/*.md", "book/*/*.md", "notebooks/*.ipynb"]
 exclude_patterns = [".venv", "build", ".git", "omx", "tests", "**/.ipynb_checkpoints"]
-extensions = ["myst_nb", "sphinx_design", "sphinx.ext.autodoc", "book.tools.directives"]
+extensions = ["myst_nb", "sphinx_design", "sphinx.ext.autodoc", "book.publish.directives"]
 myst_enable_extensions = ["amsmath", "attrs_inline", "colon_fence", "deflist", "dollarmath", "substitution"]
 myst_heading_anchors = 3
 default_role = "code"
@@ -50,7 +51,7 @@ html_logo = "static/arm.svg"
 html_favicon = "static/arm.svg"
 html_static_path = ["static", str(npm.BUILD / "shared")]
 html_css_files = ["house.css"]
-scripts = ("omx-view.js", "omx-kinematics.js", "row.js", "panel.js", "page.js")
+scripts = ("omx-view.js", "omx-kinematics.js", "row_panel.js", "panel.js", "page.js")
 html_js_files = [(script, {"defer": "defer"}) for script in scripts]
 html_copy_source = True
 html_show_sphinx = False
@@ -63,8 +64,8 @@ def source_read(app, docname, source):
     """Hand MyST-NB the chapter with its outputs, prepared as a page."""
     path = ROOT / f"{docname}.ipynb"
     if docname.startswith("notebooks/"):
-        app.env.note_dependency(str(executed.kept(path)))
-        source[0] = json.dumps(pages.page(executed.merged(path), path.stem))
+        app.env.note_dependency(str(runs.kept(path)))
+        source[0] = json.dumps(pages.page(runs.merged(path), path.stem))
 
 
 def plain_docstring(app, what, name, obj, options, lines):

@@ -1,34 +1,80 @@
-"""Kinematics of the OpenMANIPULATOR-X, as the book's notebooks derive it. Lengths in mm, angles in rad."""
+"""Kinematics of the OpenMANIPULATOR-X, as the book's notebooks derive it. Lengths in mm, angles in rad.
+
+The small module: `errors`, `arm`, `geometry`, `dh`, `rotation`, `kinematics`, `arrays`, and `generated`, which the
+notebooks write. Around it stand the rooms `derive`, `motion`, `analysis`, `hardware`, `display` and `check`.
+"""
 
 from importlib import import_module as _import_module
 
-from .agreement import warn_if_stale as _warn_if_stale
+from .arm import HOME, LIMITS, ZERO
 from .dh import Chain, DHRow
-from .errors import BadInput, JointLimit, OmxError, Unreachable, Violation
-from .geometry import COURSE, HOME, LIMITS, MAKER, ZERO, Geometry
-from .kinematics import IKSolution, Pose, fk, frames, ik, ik_batch, jacobian, pose, solve_ik
+from .errors import (
+    BadInput,
+    BusCorrupt,
+    BusError,
+    BusTimeout,
+    Collision,
+    JointLimit,
+    LogError,
+    NotEqual,
+    NotIdentifiable,
+    NotReady,
+    OmxError,
+    PathBlocked,
+    PortBusy,
+    PortError,
+    PortLost,
+    ServoFault,
+    ServoLost,
+    ServoRefused,
+    ServoRestarted,
+    Stalled,
+    Stopped,
+    TooFast,
+    TorqueOff,
+    Unreachable,
+    ViewerMissing,
+    Violation,
+    Wrong,
+    WrongServo,
+)  # fmt: skip
+from .geometry import COURSE, MAKER, Geometry
+from .kinematics import IKSolution, Pose, fk, frames, ik, ik_batch, jacobian, pose, solve_ik, warn_if_stale
+
+#: What needs more than NumPy, or is needed less often: name -> where it lives. Imported when first asked for.
+_LATER = {
+    **{room: f"omx.{room}" for room in ("analysis", "check", "derive", "display", "hardware", "motion", "rotation")},
+    **dict.fromkeys(("clock", "doctor", "dynamixel", "log", "robot", "safety", "simulator"), "omx.hardware"),
+    **dict.fromkeys(("Robot", "find_ports"), "omx.hardware.robot"),
+    **dict.fromkeys(("Camera", "RowView", "View"), "omx.display.viewer"),
+    **dict.fromkeys(("JointPanel", "PosePanel", "RobotPanel", "RowPanel"), "omx.display.panels"),
+    **dict.fromkeys(("panels", "plots", "viewer"), "omx.display"),
+    **dict.fromkeys(("accuracy", "compiled", "same_robot", "workspace"), "omx.analysis"),
+    **dict.fromkeys(("differential_ik", "trajectory"), "omx.motion"),
+}
 
 __all__ = [
     "COURSE", "HOME", "LIMITS", "MAKER", "ZERO",
-    "BadInput", "Chain", "DHRow", "Geometry", "IKSolution", "JointLimit", "OmxError", "Pose", "Robot", "Unreachable",
-    "Violation", "fk", "frames", "ik", "ik_batch", "jacobian", "pose", "solve_ik",
+    "BadInput", "BusCorrupt", "BusError", "BusTimeout", "Camera", "Chain", "Collision", "DHRow", "Geometry",
+    "IKSolution", "JointLimit", "JointPanel", "LogError", "NotEqual", "NotIdentifiable", "NotReady", "OmxError",
+    "PathBlocked", "PortBusy", "PortError", "PortLost", "Pose", "PosePanel", "Robot", "RobotPanel", "RowPanel",
+    "RowView", "ServoFault", "ServoLost", "ServoRefused", "ServoRestarted", "Stalled", "Stopped", "TooFast",
+    "TorqueOff", "Unreachable", "View", "ViewerMissing", "Violation", "Wrong", "WrongServo",
+    "fk", "frames", "ik", "ik_batch", "jacobian", "pose", "solve_ik",
 ]  # fmt: skip
 
-_warn_if_stale()
-
-_LATER = {
-    "accuracy", "check", "codegen", "compare", "differential", "doctor", "dynamixel", "fast", "log", "panel", "plots",
-    "robot", "rotation", "safety", "symbolic", "trajectory", "view", "virtual", "workspace",
-}  # fmt: skip
+warn_if_stale()
 
 
 def __getattr__(name: str):
-    """`omx.Robot`, and modules such as `omx.view`, when first asked for: `import omx` itself needs NumPy alone."""
-    if name == "Robot":
-        return _import_module("omx.robot").Robot
-    if name in _LATER:
-        return _import_module(f"omx.{name}")
-    raise AttributeError(f"module 'omx' has no attribute {name!r}", name=name, obj=_import_module(__name__))
+    """`omx.Robot`, and rooms such as `omx.motion`, when first asked for: `import omx` itself needs NumPy alone."""
+    where = _LATER.get(name)
+    if where is None:
+        raise AttributeError(f"module 'omx' has no attribute {name!r}", name=name, obj=_import_module(__name__))
+    if where == f"omx.{name}":
+        return _import_module(where)
+    module = _import_module(where)
+    return getattr(module, name) if hasattr(module, name) else _import_module(f"{where}.{name}")
 
 
 def __dir__() -> list[str]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .arrays import as_rows
+from .arrays import as_rows, fill
 from .errors import BadInput, JointLimit, Violation
 
 
@@ -66,7 +66,7 @@ class Chain:
         q = self._as_values(q)
         out = np.empty((*q.shape, 4, 4))
         for i, row in enumerate(self._numeric_rows):
-            _fill_matrix(out[..., i, :, :], *row.at(q[..., i]))
+            fill(out[..., i, :, :], link_rows(*row.at(q[..., i]), np.cos, np.sin))
         return out
 
     def frames(self, q):
@@ -114,11 +114,13 @@ class Chain:
         return maybe and any(hasattr(entry, "free_symbols") for entry in np.ravel(q))
 
     def _symbolic_matrices(self, q) -> list:
-        from .symbolic import dh_matrix
+        import sympy as sp  # a symbol is here already, so SymPy is
 
         if np.shape(q) not in ((len(self),), (len(self), 1), (1, len(self))):
             raise BadInput(f"`q` must be {len(self)} symbols or numbers, one a joint; got shape {np.shape(q)}.")
-        return [dh_matrix(*row.at(variable)) for row, variable in zip(self.rows, q, strict=True)]
+        return [
+            sp.Matrix(link_rows(*row.at(variable), sp.cos, sp.sin)) for row, variable in zip(self.rows, q, strict=True)
+        ]
 
 
 def _as_row(row, number: int) -> DHRow:
@@ -165,17 +167,15 @@ def clipped(q, limits) -> tuple[float, ...]:
     return tuple(min(max(float(value), low), high) for value, (low, high) in zip(q, limits, strict=True))
 
 
-def _fill_matrix(out, theta, d, a, alpha) -> None:
-    ct, st, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
-    rows = (
+def link_rows(theta, d, a, alpha, cos, sin) -> tuple[tuple, ...]:
+    """The rows of `Rz(theta) Tz(d) Tx(a) Rx(alpha)`, in the arithmetic of the given `cos` and `sin`."""
+    ct, st, ca, sa = cos(theta), sin(theta), cos(alpha), sin(alpha)
+    return (
         (ct, -st * ca, st * sa, a * ct),
         (st, ct * ca, -ct * sa, a * st),
-        (0.0, sa, ca, d),
-        (0.0, 0.0, 0.0, 1.0),
+        (0, sa, ca, d),
+        (0, 0, 0, 1),
     )
-    for i, row in enumerate(rows):
-        for j, entry in enumerate(row):
-            out[..., i, j] = entry
 
 
 def _products(links: list) -> list:

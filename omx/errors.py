@@ -5,7 +5,17 @@ from typing import NamedTuple
 
 
 class OmxError(Exception):
-    """The parent of every error that `omx` raises on purpose."""
+    """The parent of every error that `omx` raises on purpose. Copies and pickles with its message and all its data."""
+
+    def __reduce__(self):
+        return _restored, (type(self), self.args, self.__dict__)
+
+
+def _restored(kind: type, args: tuple, data: dict):
+    """An error as it was, in another process: made without its `__init__`, which takes other arguments."""
+    error = kind.__new__(kind, *args)
+    error.__dict__.update(data)
+    return error
 
 
 class BadInput(OmxError, ValueError):
@@ -184,6 +194,131 @@ class WrongServo(BusError):
         )
 
 
+class PathBlocked(OmxError):
+    """A straight line that the arm cannot follow: `fraction` of the way done, `reached` the last good `Pose`.
+
+    `reason` is the `Unreachable`, `JointLimit` or a sentence; `q` are the last good joint angles (rad).
+    """
+
+    def __init__(self, fraction: float, reached, q, reason):
+        self.fraction, self.reached, self.q, self.reason = fraction, reached, tuple(q), reason
+        super().__init__(
+            f"the straight line stops after {fraction:.1%} of its length, at ({reached.x:.1f}, {reached.y:.1f}, "
+            f"{reached.z:.1f}) mm: {reason} Choose other end points, another pitch, or a joint-space move."
+        )
+
+
+class NotIdentifiable(OmxError):
+    """The measured configurations say too little about some parameters; `names` are those."""
+
+    def __init__(self, names):
+        self.names = tuple(names)
+        super().__init__(
+            f"these configurations cannot tell {', '.join(self.names)} apart from other errors. Measure more of them, "
+            "spread over the whole range of every joint."
+        )
+
+
+class NotEqual(OmxError, AssertionError):
+    """Two expressions that should be the same are not; `residual` is what is left of their difference."""
+
+    def __init__(self, name: str, residual):
+        self.residual = residual
+        super().__init__(f"{name} is not 0; what remains is {residual}")
+
+
+class Wrong(OmxError, AssertionError):
+    """An answer that is not right yet; the message says what to look at."""
+
+    def _render_traceback_(self) -> list[str]:
+        """What a notebook shows: the message alone, since the traceback is ours and teaches nothing."""
+        return [f"Not yet. {self}"]
+
+
+class ViewerMissing(OmxError):
+    """The MeshCat viewer is not where its package should have it; `path` is where it was looked for."""
+
+    def __init__(self, path):
+        self.path = path
+        super().__init__(f"The MeshCat viewer is missing ({path}). Install the package `meshcat`.")
+
+
+class LogError(OmxError):
+    """The file could not be written or read. `samples` holds every sample taken, so nothing is lost."""
+
+    def __init__(self, message: str, samples: list[tuple[float, ...]] | None = None):
+        self.samples = samples or []
+        super().__init__(message)
+
+
+class NotReady(OmxError):
+    """The arm cannot be used as it is: `problems` lists everything that was found, not only the first."""
+
+    def __init__(self, where: str, problems: list[str]):
+        self.problems = list(problems)
+        listed = "\n".join(f"  - {problem}" for problem in self.problems)
+        super().__init__(f"{where} is not ready:\n{listed}\n`python run.py doctor` looks further.")
+
+
+class Stopped(OmxError):
+    """The stop button was pressed; the arm holds. `resume()` allows commands again."""
+
+    def __init__(self):
+        super().__init__("stopped: the arm holds. `robot.resume()` allows commands again.")
+
+
+class TorqueOff(OmxError):
+    """The motors are off, so there is nothing to command."""
+
+    def __init__(self):
+        super().__init__("the motors are off. `robot.write_motor_state(True)` switches them on where the arm stands.")
+
+
+class Stalled(OmxError):
+    """A joint pushes and does not move. `joint` is 1 .. 4, `current` in mA; the arm holds."""
+
+    def __init__(self, joint: int, current: float):
+        self.joint, self.current = joint, current
+        super().__init__(
+            f"joint {joint} is pushing on something ({abs(current):.0f} mA) and does not move. The arm holds. "
+            "Take away what is in its way, then move on."
+        )
+
+
+class ServoLost(BusTimeout):
+    """Servos that answered before have gone for good: `missing`; `answered` are still there, and hold."""
+
+    def __init__(self, port: str, doing: str, missing, answered):
+        self.doing, self.missing, self.answered = doing, tuple(missing), tuple(answered)
+        BusError.__init__(self, port, f"{_gone(self.missing, self.answered)} `python run.py doctor` looks further.")
+
+
+class ServoRestarted(BusError):
+    """Servos restarted by themselves and lost their torque: `servos`; `held` says whether they hold again."""
+
+    def __init__(self, port: str, servos, held: bool):
+        self.servos, self.held = tuple(servos), held
+        now = "It was switched on again where it was. The arm holds." if held else "Its motor is OFF: support the arm."
+        super().__init__(
+            port,
+            f"servo {_enumerated(self.servos)} restarted by itself, and its motor went off for a moment: too little "
+            f"power, or a loose plug. {now} Look at the supply and the cables, then move on.",
+        )
+
+
+def _gone(missing, answered) -> str:
+    if not answered:
+        return "no servo answers any more: the 12 V supply is off (then the arm falls), or the first cable is out."
+    if len(missing) > 1 and min(missing) > max(answered):
+        where = f"the chain is broken between servo {max(answered)} and servo {missing[0]}: look at that cable"
+        return f"servo {_enumerated(missing)} no longer answer; {where}. The others hold; these may have no power."
+    return f"servo {_enumerated(missing)} no longer answers: look at its cable. The others hold; it may have no power."
+
+
 def _listed(ids) -> str:
     *most, last = map(str, ids)
     return f"{', '.join(most)} and {last}" if most else last
+
+
+def _enumerated(ids) -> str:
+    return ", ".join(map(str, ids))

@@ -1,20 +1,12 @@
-"""The arm's lengths, joint limits and named poses: data only. Chapter 03 derives and writes the DH table."""
+"""The arm's lengths by name, and its chain. Chapter 03 derives and writes the DH table."""
 
 from functools import cached_property
-from math import atan2, hypot, isfinite, pi
+from math import isfinite
 
+from .arm import LIMITS, MAKER_LENGTHS
 from .dh import Chain
 from .errors import BadInput
 from .generated import fk as _fk
-
-#: Joint limits (rad), from the maker's current URDF: one (low, high) a joint.
-LIMITS = ((-pi, pi), (-1.5, 1.5), (-1.5, 1.4), (-1.7, 1.97))
-
-#: All joints at zero: the tool points forward, (274, 0, 204.765) mm.
-ZERO = (0.0, 0.0, 0.0, 0.0)
-
-#: The maker's home pose: the arm folded back over itself, tool level.
-HOME = (0.0, -1.05, 0.35, 0.70)
 
 
 class Geometry:
@@ -69,8 +61,5 @@ def _finite(key: str, value) -> float:
 #: The lengths that the course's drawing gives, and that chapter 03 wrote.
 COURSE = Geometry("course", **_fk.PARAMETERS)
 
-#: What differs in the maker's URDF: a shoulder 0.5 mm lower, and an upper arm that is 128 up and 24 forward.
-_URDF = {"L1": 76.5, "L2": hypot(128, 24), "delta": atan2(24, 128)}
-
 #: The maker's lengths. A reader's own table may do without some of them: it must not stop `import omx`.
-MAKER = COURSE.replace("maker", **{key: value for key, value in _URDF.items() if key in _fk.PARAMETERS})
+MAKER = COURSE.replace("maker", **{key: value for key, value in MAKER_LENGTHS.items() if key in _fk.PARAMETERS})

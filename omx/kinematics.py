@@ -4,18 +4,20 @@ Positions are in mm in the base frame (z up along the axis of joint 1), angles i
 the last link above the horizontal, -(q2 + q3 + q4). Derived in chapters 03 to 05.
 """
 
+import warnings
 from math import isfinite, pi, remainder, tau
 from typing import NamedTuple
 
 import numpy as np
 
+from .arm import HOME, LIMITS
 from .arrays import as_rows, fill, in_blocks
 from .dh import as_limits, clipped, limit_violations
 from .errors import BadInput, JointLimit, Unreachable, Violation
 from .generated import fk as _fk
 from .generated import ik as _ik
 from .generated import jacobian as _jacobian
-from .geometry import COURSE, HOME, LIMITS, Geometry
+from .geometry import COURSE, Geometry
 
 #: cos(bend) may exceed 1 by this much before a pose counts as out of reach: rounding, below 1e-9 mm.
 REACH_SLACK = 1e-13
@@ -292,3 +294,50 @@ def _four(value, name: str, wanted: str) -> tuple[float, float, float, float]:
     if type(four) is not tuple:
         raise BadInput(f"`{name}` must be {wanted}, shape (4,); got shape {four.shape}.")
     return four
+
+
+# ---- do the generated modules belong together? ----
+
+_STEP = 1e-6  # rad
+
+
+def stale(fk=_fk, ik=_ik, jacobian=_jacobian) -> list[str]:
+    """The chapters to run again, because what they wrote is for another DH table than that of `fk`."""
+    values = tuple(fk.PARAMETERS.values())
+    wrong = []
+    for chapter, agrees, module in (("04", _inverse_agrees, ik), ("05", _jacobian_agrees, jacobian)):
+        try:
+            good = agrees(fk, module, values)
+        except TypeError:  # the table has other parameters
+            good = False
+        if not good:
+            wrong.append(chapter)
+    return wrong
+
+
+def warn_if_stale() -> None:
+    """Say once, on import, which chapters must be run for `omx.ik` and `omx.jacobian` to be right."""
+    chapters = stale()
+    if chapters:
+        warnings.warn(
+            f"chapter 03 has written another DH table than chapter {' and '.join(chapters)} was run with: until you "
+            f"run {'it' if len(chapters) == 1 else 'them'} again, omx.ik and omx.jacobian may answer for the old arm.",
+            stacklevel=3,
+        )
+
+
+def _inverse_agrees(fk, ik, values) -> bool:
+    """One of the four branches of a pose of the arm is where the pose came from."""
+    branches = ik.branches(*fk.pose(*HOME, *values), *values)[:4]
+    return any(all(abs(remainder(a - b, tau)) < 1e-6 for a, b in zip(q, HOME, strict=True)) for q in branches)
+
+
+def _jacobian_agrees(fk, jacobian, values) -> bool:
+    """The columns of the Jacobian are differences of the position."""
+    J = jacobian.jacobian(*HOME, *values)
+    for j in range(4):
+        more, less = ([q + s * _STEP * (i == j) for i, q in enumerate(HOME)] for s in (1, -1))
+        ends = zip(fk.pose(*more, *values)[:3], fk.pose(*less, *values)[:3], strict=True)
+        if any(abs((a - b) / (2 * _STEP) - J[i][j]) > 1e-3 for i, (a, b) in enumerate(ends)):
+            return False
+    return True

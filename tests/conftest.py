@@ -9,11 +9,11 @@ import nbval.kernel
 import nbval.plugin
 import pytest
 
-from book.tools.kernels import BlockingSocketKernelManager
-from book.tools.normalise import clean_outputs
-from book.tools.place import Stop
-from tests.hub import running_hub
-from tests.sites import built_site  # noqa: F401 - a fixture
+from book.chapters.kernels import BlockingSocketKernelManager
+from book.chapters.normalise import clean_outputs
+from book.setup.paths import Stop
+from tests.helpers.hub import running_hub
+from tests.helpers.sites import built_site  # noqa: F401 - a fixture
 
 ON_CI = bool(os.environ.get("CI"))
 CHROMIUM_NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")

@@ -6,7 +6,7 @@ Every check fails closed: an answer that is missing, of the wrong type, or not a
 from .answers import expression, that, value
 from .functions import configurations, derivative, function, round_trip
 from .selftest import setup
-from .wrong import Wrong
+from .validation import Wrong
 
 __all__ = [
     "Wrong", "configurations", "derivative", "expression", "function", "round_trip", "setup", "that", "value",

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from .slips import Comparison
-from .wrong import Wrong, as_numbers, as_truth, present
+from ..errors import Wrong
+from .mistakes import Comparison
+from .validation import as_numbers, as_truth, present
 
 #: Points at which two expressions are compared; an identity that holds at all of them holds.
 POINTS = 12

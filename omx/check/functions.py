@@ -5,10 +5,10 @@ import re
 
 import numpy as np
 
-from ..errors import BadInput
-from ..geometry import HOME, LIMITS, ZERO
+from ..arm import HOME, LIMITS, ZERO
+from ..errors import BadInput, Wrong
 from .answers import compare, correct
-from .wrong import Wrong, as_numbers, present
+from .validation import as_numbers, present
 
 #: Half the step of the central differences; it balances rounding against curvature, error about 1e-8.
 STEP = 1e-5

@@ -4,8 +4,8 @@ import json
 import subprocess
 import sys
 
-from book.tools import aside
-from book.tools.place import ROOT, Stop, child_environment
+from book.setup import extra_envs
+from book.setup.paths import ROOT, Stop, child_environment
 from tests.bench.peer import Task, command
 from tests.bench.peers import PEERS
 from tests.bench.sheet import Size, times
@@ -25,7 +25,7 @@ def ask(name: str, task: Task, size: Size, here: bool = False) -> dict:
     if task.processors and sys.platform != "linux":
         raise Absent("the number of its threads can be set on Linux only")
     try:
-        python = aside.python(environment) if environment else sys.executable
+        python = extra_envs.python(environment) if environment else sys.executable
     except Stop as stop:
         raise Absent(str(stop)) from None
     try:

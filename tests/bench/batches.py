@@ -8,11 +8,11 @@ from tests.bench.sheet import Expectation, Panel, Section, Size, Table, at_most,
 #: What is expected of our batches at the most rows: times as long as the copy.
 LIMITS = {
     ("FK, batch", "omx.pose (NumPy)"): 12.0,
-    ("FK, batch", "omx.fast.pose (numba)"): 3.0,
-    ("FK, batch", "omx.fast.pose (numba), 2 threads"): 3.0,
+    ("FK, batch", "omx.analysis.compiled.pose (numba)"): 3.0,
+    ("FK, batch", "omx.analysis.compiled.pose (numba), 2 threads"): 3.0,
     ("IK, batch", "omx.ik_batch (NumPy)"): 25.0,
-    ("IK, batch", "omx.fast.ik_batch (numba)"): 8.0,
-    ("IK, batch", "omx.fast.ik_batch (numba), 2 threads"): 8.0,
+    ("IK, batch", "omx.analysis.compiled.ik_batch (numba)"): 8.0,
+    ("IK, batch", "omx.analysis.compiled.ik_batch (numba), 2 threads"): 8.0,
 }
 JUDGED_AT = 10_000_000
 #: No pass of ours is left out for being long.

@@ -6,7 +6,7 @@ import statistics
 import tempfile
 from pathlib import Path
 
-from book.tools import site
+from book.publish import site
 from tests.bench.sheet import Expectation, Panel, Section, Size, Table, at_most
 
 PROSE = """Pages were opened in Chromium from the loopback address; a page's own weight leaves out the viewer and
@@ -81,7 +81,7 @@ def _slider(section: Section, size: Size, browser, _) -> None:
 
     from tests.browser.latency import PANEL, PROBE, latencies, percentile, summary
     from tests.browser.pages import NotebookPage
-    from tests.lab import running_lab
+    from tests.helpers.lab import running_lab
 
     with contextlib.ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))

@@ -6,8 +6,8 @@ import sys
 import time
 from pathlib import Path
 
-from book.tools import executed
-from book.tools.place import ROOT, child_environment
+from book.chapters import runs
+from book.setup.paths import ROOT, child_environment
 from tests.bench.sheet import Expectation, Panel, Section, Size, Table, at_most, duration
 
 LIMIT_S, SITE_TIMEOUT_S = 20.0, 300
@@ -35,13 +35,13 @@ def copied(folder: Path) -> Path:
 def measure(size: Size, folder: Path) -> Section:
     """`folder`: of the copy; its site is left there for those who weigh the pages."""
     section = Section("The book: chapters and site", PROSE)
-    paths = executed.chapters() if size.whole else executed.chapters()[:1]
-    seconds, package = {}, executed.fingerprint_of_package()
+    paths = runs.chapters() if size.whole else runs.chapters()[:1]
+    seconds, package = {}, runs.fingerprint_of_package()
     for path in paths:
         start = time.perf_counter()
         try:
-            executed.run(path, package, folder / "build" / "executed")
-        except executed.execute.Failed as error:
+            runs.run(path, package, folder / "build" / "executed")
+        except runs.execute.Failed as error:
             section.left_out.append(f"{path.stem}: it failed at cell {error.number}: {error.reason.splitlines()[-1]}")
             continue
         seconds[path.stem] = time.perf_counter() - start
@@ -64,7 +64,7 @@ def _site(section: Section, folder: Path) -> Expectation:
     """The site, built in the copy."""
     start = time.perf_counter()
     try:
-        done = subprocess.run([sys.executable, "-m", "book.tools.site"], cwd=folder, env=child_environment(),
+        done = subprocess.run([sys.executable, "-m", "book.publish.site"], cwd=folder, env=child_environment(),
                               capture_output=True, text=True, timeout=SITE_TIMEOUT_S, check=False)  # fmt: skip
         said = (done.stderr or done.stdout).strip().splitlines()
         status, last = done.returncode, said[-1][:200] if said else ""

@@ -6,9 +6,9 @@ import numpy as np
 
 import omx
 from omx.generated import fk, ik, jacobian
-from tests import oracles
 from tests.bench.c_code import compiled, only
 from tests.bench.timing import Contender, touch
+from tests.helpers import oracles
 
 Q = (0.3, -0.4, 0.35, 0.2)
 TARGET = tuple(omx.pose(Q))

@@ -7,7 +7,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from omx.plots import COLOURS
+from omx.display.plots import COLOURS
 from tests.bench.sheet import Panel
 
 MARKERS = "osD^vP"

@@ -62,7 +62,7 @@ def _pinocchio(n, link, q, chain) -> list[Contender]:
         import pinocchio as pin
     except ImportError:
         return []
-    from tests.oracles import pinocchio_arm
+    from tests.helpers.oracles import pinocchio_arm
 
     _, model, data, tool = pinocchio_arm([(0.0, 0.0, link, 0.0)] * n)
     pin.framesForwardKinematics(model, data, q)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from omx import workspace
+from omx.analysis import workspace
 from tests.bench.sheet import Panel, Section, Size, Table, at_most, duration
 from tests.bench.timing import Contender, laps, nanoseconds
 

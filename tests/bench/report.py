@@ -6,7 +6,7 @@ import time
 from datetime import UTC, datetime
 from pathlib import Path
 
-from book.tools.place import ROOT
+from book.setup.paths import ROOT
 from tests.bench import batches, browsing, chapters, figure, joints, machine, maps, markdown, rivalry
 from tests.bench.sheet import FULL, QUICK, Section, Size, duration
 

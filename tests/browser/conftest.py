@@ -8,11 +8,10 @@ import urllib.request
 import pytest
 from playwright.sync_api import sync_playwright
 
-from book.tools import normalise
-from tests.lab import running_lab
-
-from .pages import NotebookPage
-from .weblook import Look
+from book.chapters import normalise
+from tests.browser.pages import NotebookPage
+from tests.browser.weblook import Look
+from tests.helpers.lab import running_lab
 
 FLAGS = (
     *("--headless", "--disable-gpu", "--enable-unsafe-swiftshader", "--no-sandbox", "--disable-quic"),

@@ -2,7 +2,7 @@
 
 import statistics
 
-PANEL = "from omx.panel import JointPanel\nJointPanel()"
+PANEL = "from omx.display.panels import JointPanel\nJointPanel()"
 
 #: A widget that answers bare messages, and a slider without an arm: what the round trip itself costs.
 PROBE = """

@@ -2,9 +2,8 @@
 
 import pytest
 
-from book.tools import normalise
-
-from .pages import fatal, is_blank, pixels, share_changed
+from book.chapters import normalise
+from tests.browser.pages import fatal, is_blank, pixels, share_changed
 
 CHAPTERS = sorted(path.name for path in normalise.NOTEBOOKS.glob("*.ipynb"))
 

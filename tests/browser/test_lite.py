@@ -4,10 +4,9 @@ from urllib.parse import quote
 
 import pytest
 
-from book.tools import lite
-from book.tools.place import Stop
-
-from .weblook import served
+from book.publish import lite
+from book.setup.paths import Stop
+from tests.browser.weblook import served
 
 CODE = "import sympy; x = sympy.Symbol('x'); print(sympy.factor(x**4 - 1), sympy.__version__)"
 

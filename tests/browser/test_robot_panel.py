@@ -2,13 +2,11 @@
 
 import pytest
 
-from tests.lab import run_in_kernel
+from tests.browser.pages import pixels, share_changed
+from tests.helpers.lab import run_in_kernel
 
-from .pages import pixels, share_changed
-
-PANEL = "from omx import Robot\nfrom omx.panel import RobotPanel\nrobot = Robot()\npanel = RobotPanel(robot)\npanel"
+PANEL = "from omx import Robot, RobotPanel\nrobot = Robot()\npanel = RobotPanel(robot)\npanel"
 MOVE = """
-from omx.robot import Stopped
 robot.write_motor_state(True)
 try:
     robot.move_to([-80, -40, 10, 20], 25)

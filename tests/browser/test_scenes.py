@@ -5,12 +5,11 @@ import statistics
 import psutil
 import pytest
 
-from tests.lab import run_in_kernel
+from tests.browser.latency import PANEL, PROBE, latencies, summary
+from tests.browser.pages import is_blank, pixels, share_changed
+from tests.helpers.lab import run_in_kernel
 
-from .latency import PANEL, PROBE, latencies, summary
-from .pages import is_blank, pixels, share_changed
-
-SCENE = "from omx.view import Camera, View\nview = View()\nview.frames(4)\nview"
+SCENE = "from omx.display.viewer import Camera, View\nview = View()\nview.frames(4)\nview"
 
 
 def test_a_reload_brings_the_scene_back(open_page, notebook):
@@ -48,7 +47,7 @@ def test_two_views_of_a_scene_agree_and_the_last_pose_is_shown(open_page, notebo
 
 def test_many_scenes_share_few_graphics_contexts(open_page, notebook):
     """Browsers drop the oldest of about 16 WebGL contexts; scenes out of sight let go of theirs and come back."""
-    page = open_page(notebook("from omx.view import View", *["View(height=300)"] * 14))
+    page = open_page(notebook("from omx.display.viewer import View", *["View(height=300)"] * 14))
     page.run_all()
     wheel = page.page.mouse
     for _ in range(14):
@@ -94,7 +93,7 @@ def test_a_slider_moves_the_whole_arm_quickly(open_page, notebook, capsys):
 
 def test_a_slider_flood_ends_at_the_last_position(lab, open_page, notebook):
     """However fast the slider is dragged, the scene ends where the panel is."""
-    page = open_page(notebook("from omx.panel import JointPanel\npanel = JointPanel()\npanel"))
+    page = open_page(notebook("from omx.display.panels import JointPanel\npanel = JointPanel()\npanel"))
     page.run_all()
     panel = page.panel()
     handle = panel.locator(".noUi-handle").first

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 import omx
-from book.tools import site
-from omx.view.row import places
-
-from .weblook import Look, image_of, is_blank, picture, served
+from book.publish import site
+from omx.display.viewer.row_view import places
+from tests.browser.weblook import Look, image_of, is_blank, picture, served
 
 LIMIT = 1_500_000
 SHARED = ("_static/omx-view.js", "_static/mathjax/tex-svg-full.js")

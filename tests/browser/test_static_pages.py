@@ -3,9 +3,8 @@
 import pytest
 
 import omx
-from omx.view import View, write_site_script
-
-from .pages import is_blank, pixels, share_changed
+from omx.display.viewer import View, write_site_script
+from tests.browser.pages import is_blank, pixels, share_changed
 
 
 @pytest.fixture

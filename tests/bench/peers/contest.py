@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 import omx
-from omx import fast
-from tests import oracles
+from omx.analysis import compiled
 from tests.bench.timing import Contender
+from tests.helpers import oracles
 
 #: mm or rad: results that differ by more are not the same work.
 SAME = 1e-6
@@ -67,7 +67,7 @@ def our_pose(q, threads=(1, 2)) -> list[Contender]:
     """Forward kinematics of a batch: NumPy, and numba where it is installed."""
     return [
         Contender("omx.pose (NumPy)", lambda: omx.pose(q), count=len(q)),
-        *(_fast("omx.fast.pose (numba)", fast.pose, q, n) for n in threads if fast.available()),
+        *(_fast("omx.analysis.compiled.pose (numba)", compiled.pose, q, n) for n in threads if compiled.available()),
     ]
 
 
@@ -75,7 +75,7 @@ def our_ik(poses, threads=(1, 2)) -> list[Contender]:
     """Inverse kinematics of a batch, four branches with verdicts."""
     return [
         Contender("omx.ik_batch (NumPy)", lambda: omx.ik_batch(poses), count=len(poses)),
-        *(_fast("omx.fast.ik_batch (numba)", fast.ik_batch, poses, n) for n in threads if fast.available()),
+        *(_fast("compiled.ik_batch (numba)", compiled.ik_batch, poses, n) for n in threads if compiled.available()),
     ]
 
 

@@ -13,7 +13,7 @@ from omx.generated import ik
 from tests.bench.contenders import Q
 from tests.bench.peers.contest import SAME, Contest, agreed, configurations, our_ik, threaded
 from tests.bench.timing import Contender
-from tests.oracles import angle_gap
+from tests.helpers.oracles import angle_gap
 
 L1, L2, L3, L4, DELTA = omx.COURSE.values
 AXES = np.array([[0.0, 0, 1], [0, 1, 0], [0, 1, 0], [0, 1, 0], [1, 0, 0]])

@@ -11,10 +11,10 @@ import numpy as np
 import omx
 from omx import kinematics
 from omx.generated import fk, ik
-from tests import oracles
 from tests.bench.contenders import Q
 from tests.bench.peers.contest import Contest, agreed, configurations, our_ik, our_pose, threaded
 from tests.bench.timing import Contender
+from tests.helpers import oracles
 
 jax.config.update("jax_enable_x64", True)
 LENGTHS = omx.COURSE.values

@@ -9,12 +9,12 @@ from functools import cache, partial
 import numpy as np
 
 import omx
-from omx import fast
+from omx.analysis import compiled as numba_loops
 from omx.generated import fk, ik
-from tests import oracles
 from tests.bench.c_code import compiled
 from tests.bench.peers.contest import Contest, agreed, configurations, our_ik, our_pose, shared_out, threaded
 from tests.bench.timing import Contender
+from tests.helpers import oracles
 
 COPY, COPY_USED = "copy of the rows, q.copy()", "the same copy into memory used before"
 COPY_RESULTS = "copy of the results, angles and verdicts"
@@ -25,7 +25,7 @@ COLUMNS = {"pose": 4, "branches": 18}
 def forward(count: int) -> Contest:
     q = configurations(count)
     few = q[:10_000]
-    gaps = [oracles.pose_gap(fast.pose(few), omx.pose(few))]
+    gaps = [oracles.pose_gap(numba_loops.pose(few), omx.pose(few))]
     gaps += [oracles.pose_gap(in_c(flags, "pose", few), omx.pose(few)) for flags in builds()]
     numpy, *numba = our_pose(q)
     two = Contender("omx.pose (NumPy), 2 threads", lambda: shared_out(omx.pose, q, 2), count=count, threads=2)
@@ -37,7 +37,7 @@ def inverse(count: int) -> Contest:
     poses = omx.pose(q)
     few = poses[:10_000]
     expected, reachable, legal = omx.ik_batch(few)
-    found = fast.ik_batch(few)
+    found = numba_loops.ik_batch(few)
     assert (found[1] == reachable).all()
     assert (found[2] == legal).all()
     angles = [found[0], *(in_c(flags, "branches", few)[:, :16].reshape(-1, 4, 4) for flags in builds())]

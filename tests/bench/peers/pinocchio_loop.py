@@ -6,10 +6,10 @@ import numpy as np
 import pinocchio as pin
 
 import omx
-from tests import oracles
 from tests.bench.contenders import Q
 from tests.bench.peers.contest import Contest, agreed, configurations, our_ik, our_pose, returned, starts
 from tests.bench.timing import Contender
+from tests.helpers import oracles
 
 _, MODEL, DATA, TOOL = oracles.pinocchio_arm(oracles.table(*omx.COURSE.values))
 STEPS, CLOSE = 50, 1e-9

@@ -1,0 +1,210 @@
+"""The conventions of a chapter that a machine can check: `python -m book.chapters.lint [notebooks...]`.
+
+A rule takes the cells of a chapter and yields (cell number from 1, what is wrong); 0 means the whole chapter.
+"""
+
+import re
+import sys
+from pathlib import Path
+
+from book.chapters import lint_code, normalise
+from book.chapters.cells import (
+    SLIDE_TYPES,
+    TAGS,
+    code_lines,
+    default_slide_type,
+    headings,
+    is_code,
+    prose,
+    slide_type,
+    source,
+    tags,
+    word_count,
+)
+
+FILE_NAME = re.compile(r"\d\d-[a-z0-9]+(-[a-z0-9]+)*\.ipynb")
+WORDS_PER_LINE = 8
+LINES_PER_CELL = 15
+MAX_BYTES = 400_000
+OBJECTIVES = "you will be able to"
+IMAGE = re.compile(r"!\[([^\]]*)\]\(([^)\s]+)[^)]*\)")
+LINK = re.compile(r"(?<!!)\[[^\]]*\]\(([^)#\s]+)[^)]*\)")
+UNSTABLE = re.compile(r"\b(at )?0x[0-9a-f]{6,}|\x1b\[|(?<![\w.])/(home|root|tmp|usr|work|Users)/")
+
+
+def one_title(cells):
+    titles = [number for number, cell in enumerate(cells, 1) for level, _ in headings(cell) if level == 1]
+    if titles != [1]:
+        yield 0, f"wants one H1, in its first cell; it has them in cells {titles}"
+
+
+def one_hook(cells):
+    paragraphs = [p for p in re.split(r"\n\s*\n", prose(cells[0]) + "\n\n" + prose(cells[1])) if p.strip()]
+    hook = next((p for p in paragraphs if not p.lstrip().startswith("#")), "")
+    sentences = re.findall(r"[.!?:](?=[\s*_)”\"]*(\s[A-Z]|$))", hook.strip())
+    if not hook or OBJECTIVES in hook.lower() or len(sentences) != 1:
+        yield 1, "wants a hook of one sentence between the title and the objectives"
+
+
+def three_objectives(cells):
+    for number, cell in enumerate(cells, 1):
+        if found := re.search(OBJECTIVES, prose(cell), re.I):
+            after = prose(cell)[found.end() :].split("\n#")[0]
+            items = re.findall(r"^\s*(?:[-*]|\d+\.)\s+\S", after, re.M)
+            if len(items) != 3:
+                yield number, f"'You will be able to' wants three items, it has {len(items)}"
+            return
+    yield 0, "has no 'You will be able to'"
+
+
+def closing_sections(cells):
+    titles = [title.lower() for cell in cells for level, title in headings(cell) if level == 2]
+    for wanted in ("summary", "exercises"):
+        if not any(title.startswith(wanted) for title in titles):
+            yield 0, f"has no section '## {wanted.capitalize()}'"
+
+
+def imports_in_one_cell(cells):
+    importing = [
+        number for number, cell in enumerate(cells, 1) if is_code(cell) and lint_code.has_imports(source(cell))
+    ]
+    for number in importing[1:]:
+        yield number, f"imports; all imports belong in cell {importing[0]}"
+
+
+def known_tags(cells):
+    for number, cell in enumerate(cells, 1):
+        for tag in tags(cell):
+            if tag not in TAGS:
+                yield number, f"has the unknown tag {tag!r}; known are {', '.join(sorted(TAGS))}"
+
+
+def slides(cells):
+    for number, cell in enumerate(cells, 1):
+        kind = slide_type(cell)
+        if kind not in SLIDE_TYPES:
+            yield number, f"has slide type {kind!r}; it must be one of {', '.join(SLIDE_TYPES)}"
+        for level, title in headings(cell):
+            if level in (2, 3) and kind != default_slide_type(cell):
+                yield number, f"begins {title!r} (H{level}): its slide type follows from that; remove {kind!r}"
+
+
+def prose_first(cells):
+    words, lines = sum(map(word_count, cells)), sum(len(code_lines(cell)) for cell in cells)
+    if words < WORDS_PER_LINE * lines:
+        yield 0, f"has {words} words for {lines} lines of code, {words / lines:.1f} a line; {WORDS_PER_LINE} are wanted"
+
+
+def short_cells(cells):
+    for number, cell in enumerate(cells, 1):
+        if len(code_lines(cell)) > LINES_PER_CELL:
+            yield number, f"has {len(code_lines(cell))} lines of code; {LINES_PER_CELL} at most"
+
+
+def plain_code(cells):
+    for number, cell in enumerate(cells, 1):
+        if is_code(cell):
+            for problem in lint_code.problems(source(cell)):
+                yield number, problem
+            if "solution" not in tags(cell) and re.search(r"\bTODO\b", source(cell)):
+                yield number, "says TODO"
+
+
+def exercises(cells):
+    """An exercise, then its solution cells, then its check cells; and nothing else carries these tags."""
+    state = "check"
+    for number, cell in enumerate(cells, 1):
+        for tag in ("exercise", "solution", "check"):
+            if tag in tags(cell):
+                allowed = {"exercise": ("check",), "solution": ("exercise", "solution"), "check": ("solution", "check")}
+                if state not in allowed[tag]:
+                    yield number, f"is tagged {tag!r} after {state!r}; the order is exercise, solution, check"
+                if tag == "exercise" and "hint" not in source(cell).lower():
+                    yield number, "is an exercise without a hint"
+                if tag == "exercise" and not re.match(r"### Exercise \d+\.\d+\b", source(cell)):
+                    yield number, "is an exercise that does not begin with its heading, `### Exercise 7.1 · Its name`"
+                state = tag
+    if state != "check":
+        yield 0, f"ends with {state!r}; the order is exercise, solution, check"
+
+
+def used_tags(cells):
+    used = {tag for cell in cells for tag in tags(cell)}
+    for tag, what in (("predict", "a question before a surprising cell"), ("play", "one widget or scene")):
+        if tag not in used:
+            yield 0, f"has no cell tagged {tag!r}: {what}"
+
+
+def pictures_and_links(cells, folder):
+    for number, cell in enumerate(cells, 1):
+        for alt, target in IMAGE.findall(prose(cell)):
+            if len(alt.split()) < 3:
+                yield number, f"shows {target} without alt text that says what is seen"
+        if re.search(r"<img(?![^>]*\balt=)", prose(cell)):
+            yield number, "has an <img> without alt text"
+        for target in [target for _, target in IMAGE.findall(prose(cell))] + LINK.findall(prose(cell)):
+            if not re.match(r"[a-z]+:", target) and not (folder / target).exists():
+                yield number, f"points to {target}, which does not exist"
+        if cell.get("attachments"):
+            yield number, "carries an attachment; put pictures into book/static"
+
+
+def stored_outputs(cells):
+    """Text outputs are stored, with counts; without them a comparing test would pass without a look."""
+    if not any(cell.get("outputs") for cell in cells if is_code(cell)):
+        yield 0, "has no stored output at all; run python run.py execute"
+    for number, cell in enumerate(cells, 1):
+        for output in cell.get("outputs", []):
+            if output.get("name") == "stderr":
+                yield number, "stores a warning (stderr)"
+            if output["output_type"] == "error" and "raises-exception" not in tags(cell):
+                yield number, "stores an error without the tag 'raises-exception'"
+            if UNSTABLE.search("".join(map(str, output.get("data", output).values()))):
+                yield number, "stores an output with an address, a colour code or an absolute path"
+
+
+RULES = (
+    one_title,
+    one_hook,
+    three_objectives,
+    closing_sections,
+    imports_in_one_cell,
+    known_tags,
+    slides,
+    prose_first,
+    short_cells,
+    plain_code,
+    exercises,
+    used_tags,
+    stored_outputs,
+)
+START = "00"  # the first chapter shows around; it has neither exercises nor a question to predict
+NOT_FOR_START = (closing_sections, used_tags)
+
+
+def problems(path):
+    """Every problem of one chapter, as lines `name, cell n: what is wrong`."""
+    path = Path(path)
+    notebook = normalise.read(path)
+    cells, found = notebook["cells"], []
+    if not FILE_NAME.fullmatch(path.name):
+        found.append((0, "is not called NN-topic.ipynb"))
+    if path.stat().st_size > MAX_BYTES:
+        found.append((0, f"is larger than {MAX_BYTES} bytes; are there pictures in it?"))
+    if normalise.dumps(normalise.normalise(notebook)) != path.read_text(encoding="utf-8"):
+        found.append((0, "is not in stored form; run python -m book.chapters.normalise"))
+    for rule in RULES:
+        if not (path.name.startswith(START) and rule in NOT_FOR_START):
+            found += rule(cells)
+    found += pictures_and_links(cells, path.parent)
+    return [f"{path.name}{f', cell {number}' if number else ''}: {what}" for number, what in found]
+
+
+def main(argv=None):
+    found = [problem for path in normalise.chapters(argv or []) for problem in problems(path)]
+    print("\n".join(found) or "The chapters keep the conventions.")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,81 @@
+"""A chapter as a page: the executed notebook, with its solutions folded away and its speaker's notes left out."""
+
+import copy
+
+from book.chapters import normalise
+
+#: What a reader sees on the fold of a cell with this tag.
+FOLDED = {"solution": "Show a solution", "check": "Show the check"}
+
+#: Under the sliders of a `RobotPanel`, which have no robot on a page.
+WITHOUT_ROBOT = (
+    "Here the sliders move the drawn arm at once. In JupyterLab this panel also has motors, speed, hold-to-move and a "
+    "stop button, and the state of each servo."
+)
+
+
+def page(notebook, name, slides=True):
+    """The notebook (parsed JSON, with outputs) as MyST-NB should see it; `name` is the chapter's file name."""
+    notebook = copy.deepcopy(notebook)
+    cells = [prepared(cell) for cell in notebook["cells"] if not is_note(cell)]
+    notebook["cells"] = [cells[0], markdown(links(name, slides)), *cells[1:]]
+    return notebook
+
+
+def is_note(cell):
+    """Is this a remark for the speaker, and no part of the text?"""
+    return cell["cell_type"] == "markdown" and cell["metadata"].get("slideshow", {}).get("slide_type") == "notes"
+
+
+def prepared(cell):
+    """One cell with the tags that fold it, or boxes for its kind."""
+    tags = cell["metadata"].get("tags", [])
+    for tag in tags:
+        if cell["cell_type"] == "code" and tag in FOLDED:
+            cell["metadata"]["tags"] = [*tags, "hide-cell" if tag == "solution" else "hide-input"]
+            prompts = {"code_prompt_show": FOLDED[tag], "code_prompt_hide": "Hide"}
+            cell["metadata"]["mystnb"] = {**cell["metadata"].get("mystnb", {}), **prompts}
+    for output in cell.get("outputs", []):
+        if "text/html" in output.get("data", {}):
+            output["data"]["text/html"] = explained(output["data"])
+    if cell["cell_type"] == "code" and (about := picture_of(cell)):
+        cell["metadata"]["mystnb"] = {**cell["metadata"].get("mystnb", {}), "image": about}
+    if cell["cell_type"] == "markdown":
+        cell["source"] = boxed(normalise.text_of(cell["source"]), tags)
+    return cell
+
+
+def explained(data):
+    """The HTML of an output; a robot's panel, which is a joint panel on a page, says what else it can do."""
+    text = normalise.text_of(data["text/html"])
+    if not normalise.text_of(data.get("text/plain", "")).startswith("RobotPanel:"):
+        return text
+    return f'<div class="omx-robot">{text}<p class="omx-note">{WITHOUT_ROBOT}</p></div>'
+
+
+def picture_of(cell):
+    """Alt text and width of a cell's picture, from where `omx.display.plots` puts them, as MyST-NB wants them."""
+    for output in cell.get("outputs", []):
+        about = output.get("metadata", {}).get("image/png")
+        if about:
+            return {"alt": about.get("alt", ""), "width": f"{about['width']}px"} if "width" in about else about
+    return None
+
+
+def boxed(text, tags):
+    """Prose with the tag `predict` in a box of its own, unless it holds a heading, which a box cannot."""
+    has_heading = any(line.startswith("#") for line in text.splitlines())
+    if "predict" not in tags or has_heading:
+        return text
+    return f"::::::{{div}} omx-predict\n{text}\n::::::"
+
+
+def links(name, slides):
+    """The row of buttons under a chapter's title."""
+    source = f'<a class="omx-button" href="../_sources/notebooks/{name}.ipynb" download>Download this notebook</a>'
+    deck = f'<a class="omx-button" href="../slides/{name}.html">Slides</a>' if slides else ""
+    return f'<p class="omx-links">{source} {deck}</p>'
+
+
+def markdown(text):
+    return {"cell_type": "markdown", "id": "links", "metadata": {}, "source": text}

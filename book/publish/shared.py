@@ -1,0 +1,45 @@
+"""What site and slides share: MathJax, the 3-D viewer, the panels and the kinematics in JavaScript."""
+
+import re
+import shutil
+
+from book.setup.paths import BUILD, ROOT, Stop
+
+SHARED = BUILD / "shared"
+GENERATED = ("fk", "ik")
+PANELS = ROOT / "omx/display/panels"
+
+
+def share(libraries, folder=SHARED):
+    """What every page loads, from npm and from `omx`: MathJax, the 3-D viewer, the kinematics in JavaScript."""
+    from omx.display.viewer import write_site_script
+
+    (folder / "mathjax").mkdir(parents=True, exist_ok=True)
+    update(folder / "mathjax" / "tex-svg-full.js", (libraries / "mathjax/es5/tex-svg-full.js").read_bytes())
+    update(folder / "omx-kinematics.js", kinematics().encode())
+    fresh = folder / "fresh"
+    fresh.mkdir(exist_ok=True)
+    update(folder / "omx-view.js", write_site_script(fresh).read_bytes())
+    shutil.rmtree(fresh)
+    for script in PANELS.glob("*.js"):
+        update(folder / script.name, script.read_bytes())
+
+
+def update(path, data):
+    """Write the file if its bytes change, so that Sphinx sees what is new."""
+    if not path.exists() or path.read_bytes() != data:
+        path.write_bytes(data)
+
+
+def kinematics():
+    """The generated modules as one plain script (pages opened from a folder may not load modules)."""
+    parts = []
+    for name in GENERATED:
+        path = ROOT / "omx" / "generated" / f"{name}.js"
+        if not path.exists():
+            raise Stop(f"omx/generated/{name}.js is missing; `python run.py generate` writes it from the notebooks.")
+        text = path.read_text(encoding="utf-8")
+        names = re.findall(r"^export (?:function|const) (\w+)", text, re.M)
+        body = re.sub(r"^export ", "", text, flags=re.M)
+        parts.append(f"{name}: (() => {{\n{body}\nreturn {{ {', '.join(names)} }};\n}})(),\n")
+    return f"window.OMX_KINEMATICS = {{\n{''.join(parts)}}};\n"

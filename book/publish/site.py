@@ -1,0 +1,109 @@
+"""Build the site: `python run.py book` writes build/site, a folder to open or to put on any web server.
+
+Chapters that changed are run, pages that changed are written.
+
+    python -m book.publish.site                # build it
+    python -m book.publish.site --fresh        # everything anew
+    python -m book.publish.site --serve        # and show it at 127.0.0.1
+
+With --serve, Ctrl-C ends it.
+"""
+
+import argparse
+import functools
+import http.server
+import re
+import shutil
+import sys
+import time
+from pathlib import Path
+
+from book.chapters import execute, runs
+from book.publish import npm, slides
+from book.publish.shared import SHARED, share, update
+from book.setup.paths import BUILD, ROOT, Stop
+
+SITE, DOCTREES = BUILD / "site", BUILD / "doctrees"
+ICON = re.compile(r'("?)([a-z0-9-]+)\1:\[\d+,\d+,\[[^\]]*\],"[0-9a-f]*",(?:"[^"]*"|\[[^\]]*\])\],?')
+ICON_FONT = re.compile(r'@font-face\{[^}]*Font Awesome[^}]*\}|(?:\.fa-[a-z0-9-]+,?)+\{--fa:"[^}]*\}')
+
+
+def build(fresh=False):
+    """Build everything into build/site; the exit status. Raises `Stop`, or `execute.Failed` for a chapter."""
+    from sphinx.cmd.build import build_main
+
+    if fresh:
+        for folder in (SITE, DOCTREES, runs.FOLDER, SHARED):
+            shutil.rmtree(folder, ignore_errors=True)
+    libraries = npm.modules()
+    runs.run_all()
+    share(libraries)
+    arguments = ["-b", "html", "-c", ROOT / "book", "-d", DOCTREES, "-W", "--keep-going", "-q", ROOT, SITE]
+    status = build_main([str(a) for a in arguments])
+    if status == 0:
+        slides.build(folder=SITE / "slides")
+        finish()
+    return status
+
+
+def finish(site=SITE):
+    """What Sphinx leaves to do: a start page at the root, and an icon font without the icons nobody sees."""
+    target = "book/index.html"
+    (site / "index.html").write_text(
+        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>OpenMANIPULATOR-X</title>'
+        f'<meta http-equiv="refresh" content="0; url={target}"></head>'
+        f'<body><p><a href="{target}">To the book</a></p></body></html>\n',
+        encoding="utf-8",
+    )
+    thin_icons(site)
+    for path in site.rglob("*.map"):
+        path.unlink()
+
+
+def thin_icons(site):
+    """Drop from the theme's icons, which are 1.7 MB, those that no page uses, and a second copy of all of them."""
+    import pydata_sphinx_theme
+
+    theme = Path(pydata_sphinx_theme.__file__).parent / "theme/pydata_sphinx_theme/static"
+    script, style = Path("scripts/fontawesome.js"), Path("styles/pydata-sphinx-theme.css")
+    wanted = {"xmark", "bars", "angle-right", "chevron-down", "chevron-up"}
+    for page in [*site.rglob("*.html"), *site.glob("_static/scripts/*.js")]:
+        if page.name != script.name:
+            wanted |= set(re.findall(r"fa-([a-z0-9-]+)", page.read_text(encoding="utf-8", errors="replace")))
+    whole = (theme / script).read_text(encoding="utf-8")
+    thin = ICON.sub(lambda m: m.group(0) if m.group(2) in wanted else "", whole)
+    update(site / "_static" / script, thin.encode())
+    update(site / "_static" / style, ICON_FONT.sub("", (theme / style).read_text(encoding="utf-8")).encode())
+
+
+def serve(site=SITE, port=0):
+    """Show the site on the loopback address until Ctrl-C."""
+    handler = functools.partial(http.server.SimpleHTTPRequestHandler, directory=site)
+    with http.server.ThreadingHTTPServer(("127.0.0.1", port), handler) as server:
+        print(f"http://127.0.0.1:{server.server_port}/  (Ctrl-C ends it)", flush=True)
+        try:
+            server.serve_forever()
+        except KeyboardInterrupt:
+            print()
+
+
+def main(argv=None):
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--fresh", action="store_true", help="build everything anew")
+    parser.add_argument("--serve", action="store_true", help="show the site at 127.0.0.1 when it is built")
+    options = parser.parse_args(argv)
+    start = time.perf_counter()
+    try:
+        status = build(options.fresh)
+    except (Stop, execute.Failed) as error:
+        print(f"book: {error}", file=sys.stderr)
+        return 1
+    if status == 0:
+        print(f"The site is in {Path(SITE).relative_to(ROOT)} ({time.perf_counter() - start:.0f} s).")
+        if options.serve:
+            serve()
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

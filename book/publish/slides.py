@@ -1,0 +1,95 @@
+"""Build the slides: `python run.py slides` writes build/slides, a folder of decks, each with a PDF handout.
+
+    python -m book.publish.slides                       # every chapter
+    python -m book.publish.slides notebooks/03-*.ipynb  # these
+    python -m book.publish.slides --no-pdf              # decks only; the handouts need Chromium or Chrome
+
+A deck opens from the folder by a double click and needs no network. Keys: arrows and space move, S opens the
+speaker's notes, F fills the screen, O shows all slides, B is black.
+"""
+
+import argparse
+import html
+import shutil
+import sys
+import time
+from pathlib import Path
+
+from book.chapters import cells, execute, runs
+from book.publish import deck, npm, shared
+from book.setup.paths import ROOT, Stop
+
+SLIDES = ROOT / "build" / "slides"
+SHARED = ("mathjax/tex-svg-full.js", "omx-view.js", "omx-kinematics.js", "row_panel.js", "panel.js")
+LIBRARIES = ("reveal.js/dist/reveal.js", "reveal.js/dist/reveal.css", "reveal.js/plugin/notes/notes.js")
+OWN = ("deck.js", "deck.css", "arm.svg")
+
+
+def build(paths=None, folder=SLIDES):
+    """Write the decks of these chapters (default: all) into `folder`; the paths of the decks."""
+    libraries = npm.modules()
+    runs.run_all(paths)
+    shared.share(libraries)
+    lay_out_libraries(libraries, folder / "lib")
+    decks = [write(path, folder) for path in paths or runs.chapters()]
+    write_list(folder)
+    return decks
+
+
+def lay_out_libraries(libraries, lib):
+    """What the decks load: reveal.js and MathJax from npm, the viewer, the kinematics, the house's own."""
+    lib.mkdir(parents=True, exist_ok=True)
+    sources = [libraries / name for name in LIBRARIES] + [ROOT / "book/static" / name for name in OWN]
+    sources += [shared.SHARED / name for name in SHARED]
+    for source in sources:
+        shutil.copyfile(source, lib / source.name)
+
+
+def write(path, folder):
+    """One chapter's deck; rewritten only when it changes, so that its handout stays current."""
+    notebook = runs.merged(path)
+    page = (ROOT / "book/templates/deck.html").read_text(encoding="utf-8")
+    page = page.replace("{{title}}", html.escape(title(notebook))).replace("{{sections}}", deck.sections(notebook))
+    target = folder / f"{path.stem}.html"
+    shared.update(target, page.encode())
+    return target
+
+
+def title(notebook):
+    """The chapter's H1."""
+    return next(words for cell in notebook["cells"] for level, words in cells.headings(cell) if level == 1)
+
+
+def write_list(folder):
+    """A page that lists the decks."""
+    rows = []
+    for path in runs.chapters():
+        if (folder / f"{path.stem}.html").exists():
+            handout = f' · <a href="{path.stem}.pdf">handout</a>' if (folder / f"{path.stem}.pdf").exists() else ""
+            rows.append(f'<li><a href="{path.stem}.html">{html.escape(title(runs.merged(path)))}</a>{handout}</li>')
+    page = (ROOT / "book/templates/decks.html").read_text(encoding="utf-8")
+    shared.update(folder / "index.html", page.replace("{{rows}}", "\n".join(rows)).encode())
+
+
+def main(argv=None):
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("notebooks", nargs="*", type=Path, help="default: every chapter")
+    parser.add_argument("--no-pdf", action="store_true", help="decks only, no handouts")
+    options = parser.parse_args(argv)
+    start = time.perf_counter()
+    try:
+        decks = build(options.notebooks)
+        if not options.no_pdf:
+            from book.publish import handout
+
+            handout.print_all(decks)
+            write_list(SLIDES)
+    except (Stop, execute.Failed) as error:
+        print(f"slides: {error}", file=sys.stderr)
+        return 1
+    print(f"The slides are in {SLIDES.relative_to(ROOT)} ({time.perf_counter() - start:.0f} s).")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,123 @@
+"""Run uv and pip, and say in one sentence what went wrong. Standard library only."""
+
+import contextlib
+import errno
+import shutil
+import subprocess
+import sys
+
+from book.setup.paths import PYTHON, ROOT, VENV, WINDOWS, Stop, child_environment
+
+LOG = VENV / "set-up.log"
+FULL_SIGNS = ("no space left", "errno 28", "os error 28", "os error 112", "quota exceeded")
+NETWORK_SIGNS = (
+    "name resolution",
+    "name or service not known",
+    "getaddrinfo",
+    "dns error",
+    "error sending request",
+    "failed to fetch",
+    "connection error",
+    "newconnectionerror",
+    "connection refused",
+    "connection broken",
+    "network is unreachable",
+    "timed out",
+    "proxyerror",
+)
+
+
+class Failed(Stop):
+    """An installer failed: `last_line` of what it said; was the disk `full`, the network `unreachable`?"""
+
+    def __init__(self, output):
+        text = "\n".join(output).lower()
+        lines = [line.strip() for line in output if line.strip()]
+        self.last_line = lines[-1][:200] if lines else "it said nothing"
+        self.full = any(sign in text for sign in FULL_SIGNS)
+        self.unreachable = not self.full and any(sign in text for sign in NETWORK_SIGNS)
+        super().__init__(self.sentence())
+
+    def sentence(self):
+        if self.full:
+            return disk_full()
+        if self.unreachable:
+            return (
+                "The packages could not be downloaded because the package index cannot be reached: check the "
+                "network connection (or the proxy) and run the same command again."
+            )
+        return (
+            f"Installing the packages failed ({self.last_line}); all that was said is in {LOG}, and the same "
+            "command tries again."
+        )
+
+
+def call(command, lock):
+    """Run an installer; show its current line on a terminal and keep all of it in the log.
+
+    The child inherits the lock, so that a second set-up waits for it even when this process is killed.
+    """
+    process = subprocess.Popen(
+        command,
+        cwd=ROOT,
+        env=child_environment(),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        pass_fds=() if WINDOWS else (lock.fileno(),),
+    )
+    output = []
+    try:
+        for line in process.stdout:
+            output.append(line.decode("utf-8", "replace").rstrip())
+            show_progress(output[-1])
+        status = process.wait()
+    finally:
+        if process.poll() is None:
+            process.kill()
+            process.wait()
+        process.stdout.close()
+        show_progress("")
+        keep(command, output)
+    if status:
+        raise Failed(output)
+
+
+def keep(command, output):
+    """Add an installer's output to the log; a log that cannot be written must not hide the failure."""
+    with contextlib.suppress(OSError), open(LOG, "a", encoding="utf-8") as file:
+        file.write("$ " + " ".join(map(str, command)) + "\n" + "\n".join(output) + "\n")
+
+
+def show_progress(line):
+    if sys.stderr.isatty():
+        print(f"\r{line.strip()[:76]:76}", end="\r", file=sys.stderr, flush=True)
+
+
+def ask(*arguments):
+    """(worked, what it printed) of .venv's Python with these arguments; its errors are not shown."""
+    try:
+        done = subprocess.run([PYTHON, *arguments], env=child_environment(), capture_output=True, check=False)
+    except OSError:
+        return False, ""
+    return done.returncode == 0, done.stdout.decode("utf-8", "replace").strip()
+
+
+def explain(error):
+    """One sentence for an OSError during set-up."""
+    if error.errno in (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)):
+        return disk_full()
+    if error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
+        return (
+            f"{error.filename or VENV} cannot be written ({error.strerror}): close what uses .venv (JupyterLab, an "
+            "activated shell) or move the book into a folder of yours, and run the same command again."
+        )
+    return f"Set-up failed ({error}); run the same command again, it repairs what is unfinished."
+
+
+def disk_full():
+    free = shutil.disk_usage(ROOT).free // 2**20
+    return (
+        f"The disk is full: the environment needs about 1200 MB in {VENV} and in the installer's cache in your "
+        f"home folder, and {free} MB are free here; make room and run the same command again."
+    )

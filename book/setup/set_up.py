@@ -1,0 +1,198 @@
+"""Make .venv from environment.txt, or repair it. Standard library only.
+
+The stamp that calls it complete is written last, and by renaming; whatever was cut short before that is
+taken up by the next run.
+"""
+
+import contextlib
+import errno
+import importlib.util
+import json
+import os
+import shutil
+import sys
+import time
+from pathlib import Path
+
+from book.setup.installers import Failed, ask, call, explain
+from book.setup.paths import ENVIRONMENT, PYTHON, ROOT, STAMP, VENV, WINDOWS, Stop, fingerprint, is_ready
+
+STARTS = "import sys; sys.exit(sys.prefix == sys.base_prefix or sys.version_info < (3, 11))"
+SITE_PACKAGES = "import sysconfig; print(sysconfig.get_path('purelib'))"
+LAB_SETTINGS = {"@jupyterlab/apputils-extension:notification": {"fetchNews": "false", "checkForUpdates": False}}
+INCOMPLETE = """
+import csv, importlib.metadata, os
+for package in importlib.metadata.distributions():
+    rows = list(csv.reader((package.read_text("RECORD") or "").splitlines()))
+    sizes = {os.fspath(package.locate_file(row[0])): row[2] for row in rows}
+    if not rows or any(s and not (os.path.exists(p) and os.path.getsize(p) == int(s)) for p, s in sizes.items()):
+        print(package.name or package.locate_file(""))
+"""
+
+
+def set_up():
+    """Make or repair .venv, one process at a time. Raises `Stop` with the one sentence to show."""
+    try:
+        with one_at_a_time() as lock:
+            if VENV.is_file() or (VENV.is_symlink() and not VENV.exists()):
+                VENV.unlink()
+            if not is_ready():
+                STAMP.unlink(missing_ok=True)
+                build(lock)
+    except OSError as error:
+        raise Stop(explain(error)) from error
+
+
+def build(lock):
+    """Complete the .venv that is there, or make it from nothing, and stamp it."""
+    if not (ask("-c", STARTS)[0] and completed(lock)):
+        say(f"Setting up the book in .venv with Python {sys.version_info[0]}.{sys.version_info[1]}, once ...")
+        make_venv()
+        install(lock)
+        if incomplete := incomplete_packages():
+            raise Stop(f"Some packages did not arrive whole ({incomplete}); run the same command again.")
+    link_package()
+    quieten_lab()
+    partial = STAMP.with_suffix(".part")
+    partial.write_text(fingerprint())
+    os.replace(partial, STAMP)
+    say("Set-up complete.")
+
+
+def completed(lock):
+    """Install what the .venv that is there still lacks; False when it must be made from nothing."""
+    say("Completing .venv: environment.txt has changed, or an earlier set-up was cut short.")
+    try:
+        install(lock)
+    except Failed as failed:
+        if failed.full or failed.unreachable:
+            raise
+        say(f"That did not work: {failed.last_line}")
+        return False
+    incomplete = incomplete_packages()
+    if incomplete:
+        say(f"Some of its packages are not whole: {incomplete}")
+    return not incomplete
+
+
+def make_venv():
+    """A new .venv in place of whatever is there; a link to another disk stays a link."""
+    if not (shutil.which("uv") or importlib.util.find_spec("ensurepip")):
+        raise Stop(no_ensurepip())
+    try:
+        import venv
+    except ImportError as error:
+        raise Stop(no_ensurepip()) from error
+    venv.EnvBuilder(clear=True, with_pip=False, symlinks=not WINDOWS).create(VENV.resolve())
+
+
+def install(lock):
+    """Install environment.txt: with uv from the PATH or an earlier set-up, else the pinned uv, else plain pip."""
+    uv = shutil.which("uv")
+    if uv and tried([uv], lock):
+        return
+    own = [PYTHON, "-m", "uv"]
+    has_uv = ask("-m", "uv", "--version")[0]
+    if has_uv and tried(own, lock):
+        return
+    pip = [*with_pip(lock), "install", "--disable-pip-version-check", "--retries=2", "--timeout=20"]
+    if not has_uv:
+        call([*pip, pinned("uv")], lock)
+        if tried(own, lock):
+            return
+    call([*pip, "-r", ENVIRONMENT], lock)
+
+
+def with_pip(lock):
+    """The command of .venv's own pip, which is put there if need be."""
+    if not ask("-m", "pip", "--version")[0]:
+        if not importlib.util.find_spec("ensurepip"):
+            raise Stop(no_ensurepip())
+        call([PYTHON, "-m", "ensurepip", "--default-pip"], lock)
+    return [PYTHON, "-m", "pip"]
+
+
+def tried(uv, lock):
+    """Install environment.txt with this uv; False when it could not, so that pip must."""
+    say("Installing the packages with uv; the first time this takes a minute ...")
+    try:
+        call([*uv, "pip", "install", "--python", PYTHON, "-r", ENVIRONMENT], lock)
+    except Failed as failed:
+        if failed.full:
+            raise
+        say(f"uv could not: {failed.last_line}\nTrying another way, which takes longer ...")
+        return False
+    return True
+
+
+def pinned(package):
+    """The requirement of a package in environment.txt, version and all."""
+    for line in ENVIRONMENT.read_text(encoding="utf-8").splitlines():
+        if line.startswith(package + "=="):
+            return line.split("#")[0].strip()
+    raise Stop(f"environment.txt does not pin {package}; restore that file from the repository.")
+
+
+def incomplete_packages():
+    """The packages whose files are not all there (an installer was killed), as a list in words, or ''."""
+    worked, names = ask("-c", INCOMPLETE)
+    return ", ".join(names.split()) if worked else "they cannot be listed"
+
+
+def link_package():
+    """Make `import omx` work from any folder: a .pth with the way from site-packages to here.
+
+    It does what an editable install does, without a build; the relative way survives a moved folder.
+    """
+    packages = Path(ask("-c", SITE_PACKAGES)[1])
+    way = os.path.relpath(ROOT, packages)  # Python takes it word for word, links or not
+    (packages / "omx.pth").write_text(way + "\n", encoding="utf-8")
+
+
+def quieten_lab():
+    """JupyterLab shall neither ask the internet for news and updates nor the reader whether it may."""
+    settings = VENV / "share" / "jupyter" / "lab" / "settings"
+    settings.mkdir(parents=True, exist_ok=True)
+    (settings / "overrides.json").write_text(json.dumps(LAB_SETTINGS, indent=1) + "\n")
+
+
+def no_ensurepip():
+    return (
+        f"This Python ({sys.executable}) comes without ensurepip and cannot make an environment: on Debian and "
+        "Ubuntu type `sudo apt install python3-venv`, elsewhere install uv or a complete Python, then run the same "
+        "command again."
+    )
+
+
+def say(text):
+    print(text, flush=True)
+
+
+@contextlib.contextmanager
+def one_at_a_time():
+    """Hold the set-up lock: environment.txt itself, so no lock file is left and a lock dies with its holder."""
+    if not ENVIRONMENT.exists():
+        raise Stop("environment.txt is missing beside run.py; restore it from the repository.")
+    with open(ENVIRONMENT, "r+b" if os.access(ENVIRONMENT, os.W_OK) else "rb") as file:
+        if not locked(file):
+            say("Another set-up is at work in this folder; waiting for it ...")
+        while not locked(file):
+            time.sleep(0.3)
+        yield file
+
+
+def locked(file):
+    """Try to lock the open file; True also where the file system knows no locks."""
+    try:
+        if WINDOWS:
+            import msvcrt
+
+            file.seek(2**30)  # far behind the text, which others may go on reading
+            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        else:
+            import fcntl
+
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        return error.errno not in (errno.EACCES, errno.EAGAIN, errno.EDEADLK)
+    return True

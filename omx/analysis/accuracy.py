@@ -1,0 +1,174 @@
+"""How far the tool is from where the formulas put it, and how to bring it nearer: error propagation and calibration.
+
+Errors are small, so the tip moves by Jacobian times error; `spread` checks that claim by sampling. The parameters
+are the arm's lengths (mm), delta (rad), and an offset (rad) of each joint's zero: o1 .. o4.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import degrees, pi, sqrt
+
+import numpy as np
+
+from ..arm import TICKS_PER_TURN
+from ..arrays import as_rows
+from ..errors import BadInput, NotIdentifiable
+from ..generated.fk import PARAMETERS
+from ..geometry import COURSE, Geometry
+from ..kinematics import jacobian, pose
+
+#: One tick of the servo's encoder (rad): 0.088 deg.
+TICK = 2 * pi / TICKS_PER_TURN
+
+#: The standard deviation (rad) of rounding to the nearest tick: uniform over one tick.
+TICK_SIGMA = TICK / sqrt(12)
+
+OFFSETS = ("o1", "o2", "o3", "o4")
+
+#: What `calibrate` fits. Not delta: it enters only as o2 + delta, o3 - delta, so offsets already say it all.
+FITTED = (*(name for name in PARAMETERS if name != "delta"), *OFFSETS)
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """The outcome of `calibrate`.
+
+    `geometry`: fitted lengths. `offsets` (4,) rad: add them to the joint readings. `sigma`: the standard deviation of
+    each fitted parameter (mm, rad). `noise` (mm): that of one measured coordinate. `before`, `after` (mm): the RMS
+    distance of the tip from its measured place. `steps`: iterations used.
+    """
+
+    geometry: Geometry
+    offsets: tuple[float, float, float, float]
+    sigma: Mapping[str, float]
+    noise: float
+    before: float
+    after: float
+    steps: int
+
+    def value(self, name: str) -> float:
+        """The fitted value of one parameter: L1 .. L4 in mm, o1 .. o4 in rad."""
+        return self.offsets[OFFSETS.index(name)] if name in OFFSETS else getattr(self.geometry, name)
+
+    def pose(self, q) -> np.ndarray:
+        """The tool's pose at joint readings `q` (..., 4) rad, corrected: x, y, z (mm), pitch (rad)."""
+        return np.asarray(pose(np.asarray(q, dtype=float) + self.offsets, self.geometry))
+
+    def __str__(self) -> str:
+        lines = [f"RMS error of the tip: {self.before:.3f} mm before, {self.after:.3f} mm after ({self.steps} steps)"]
+        for name in self.sigma:
+            value, sigma = self.value(name), self.sigma[name]
+            if name in OFFSETS:
+                lines.append(f"{name} = {degrees(value):+8.3f} +- {degrees(sigma):.3f} deg")
+            else:
+                lines.append(f"{name} = {value:8.3f} +- {sigma:.3f} mm")
+        return "\n".join(lines)
+
+
+def sensitivity(q, geometry: Geometry = COURSE) -> dict[str, np.ndarray]:
+    """How the tip (x, y, z) moves with each parameter: name -> (..., 3), mm per mm or mm per rad, at `q` (..., 4)."""
+    q = as_rows(q, "q", 4, "the four joint angles in rad")
+    J = jacobian(q, geometry)[..., :3, :]
+    moves = {name: J[..., i] for i, name in enumerate(OFFSETS)}
+    for name in PARAMETERS:
+        step = 1e-4 if name == "delta" else 1.0  # the tip is linear in the lengths: a whole mm is exact
+        value = getattr(geometry, name)
+        more, less = (np.asarray(pose(q, geometry.replace(**{name: value + d})))[..., :3] for d in (step, -step))
+        moves[name] = (more - less) / (2 * step)
+    return moves
+
+
+def tip_error(q, sigmas: Mapping[str, float], geometry: Geometry = COURSE) -> np.ndarray:
+    """The RMS distance (mm), (...), of the tip from its computed place at `q` (..., 4), to first order.
+
+    `sigmas`: the standard deviation of each uncertain parameter (mm; rad for delta and o1 .. o4), independent.
+    """
+    _known(sigmas)
+    moves = sensitivity(q, geometry)
+    return np.sqrt(sum((np.asarray(moves[name]) ** 2).sum(-1) * sigma**2 for name, sigma in sigmas.items()))
+
+
+def worst_tip_error(q, bounds: Mapping[str, float], geometry: Geometry = COURSE) -> np.ndarray:
+    """An upper bound (mm), (...), of the tip's error with each parameter off by at most its bound, to first order."""
+    _known(bounds)
+    moves = sensitivity(q, geometry)
+    return sum(np.linalg.norm(moves[name], axis=-1) * bound for name, bound in bounds.items())
+
+
+def spread(
+    q, sigmas: Mapping[str, float], samples: int = 2000, seed: int = 0, geometry: Geometry = COURSE
+) -> np.ndarray:
+    """Tips (samples, 3), mm, at one `q` (4,) with every parameter of `sigmas` drawn from its normal distribution."""
+    _known(sigmas)
+    q = as_rows(q, "q", 4, "the four joint angles in rad")
+    draw = np.random.default_rng(seed)
+    offsets = np.column_stack([draw.normal(0, sigmas.get(name, 0.0), samples) for name in OFFSETS])
+    lengths = {name: draw.normal(getattr(geometry, name), sigmas.get(name, 0.0), samples) for name in PARAMETERS}
+    if not set(sigmas) - set(OFFSETS):
+        return pose(q + offsets, geometry)[:, :3]
+    arms = (geometry.replace(**{name: lengths[name][i] for name in lengths}) for i in range(samples))
+    return np.array([pose(row, arm)[:3] for row, arm in zip((q + offsets).tolist(), arms, strict=True)])
+
+
+def calibrate(q, points, geometry: Geometry = COURSE, names=FITTED, steps: int = 20) -> Calibration:
+    """Fit lengths and joint offsets to measured tips: Gauss-Newton least squares, starting from `geometry`.
+
+    `q` (N, 4): joint readings in rad. `points` (N, 3): where the tip was measured, mm, base frame. `names`: what to
+    fit. Raises `BadInput`, or `NotIdentifiable` where the configurations are too few or too much alike.
+    """
+    q = as_rows(q, "q", 4, "joint readings in rad, shape (N, 4)")
+    points = as_rows(points, "points", 3, "measured tips in mm, shape (N, 3)")
+    if q.ndim != 2 or points.shape != (len(q), 3):
+        raise BadInput(f"`points` must have one row of x, y, z for each row of `q`; got {points.shape} and {q.shape}.")
+    _known(dict.fromkeys(names, 0.0))
+    offsets, before = np.zeros(4), None
+    done = 0
+    while done < steps:
+        done += 1
+        residual = points - pose(q + offsets, geometry)[:, :3]
+        before = _rms(residual) if before is None else before
+        A = _design(q + offsets, geometry, names)
+        change = np.linalg.lstsq(A, residual.ravel(), rcond=None)[0]
+        geometry, offsets = _changed(geometry, offsets, dict(zip(names, change, strict=True)))
+        if np.abs(change).max() < 1e-10:
+            break
+    residual = points - pose(q + offsets, geometry)[:, :3]
+    freedom = residual.size - len(names)
+    noise = sqrt((residual**2).sum() / freedom)
+    covariance = noise**2 * np.linalg.inv(A.T @ A)
+    sigma = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
+    return Calibration(geometry, tuple(offsets.tolist()), sigma, noise, before, _rms(residual), done)
+
+
+def _design(q, geometry, names) -> np.ndarray:
+    """The matrix (3N, parameters) of the linearised problem; raises where its columns hang together."""
+    moves = sensitivity(q, geometry)
+    A = np.column_stack([moves[name].reshape(-1) for name in names])
+    if A.shape[0] <= A.shape[1]:
+        raise NotIdentifiable(names)
+    scale = np.linalg.norm(A, axis=0)
+    if (scale == 0).any():
+        raise NotIdentifiable(name for name, size in zip(names, scale, strict=True) if size == 0)
+    _, singular, directions = np.linalg.svd(A / scale, full_matrices=False)
+    if singular[-1] < 1e-6 * singular[0]:
+        raise NotIdentifiable(name for name, part in zip(names, directions[-1], strict=True) if abs(part) > 0.1)
+    return A
+
+
+def _changed(geometry, offsets, change):
+    lengths = {name: getattr(geometry, name) + step for name, step in change.items() if name in PARAMETERS}
+    moved = offsets + [change.get(name, 0.0) for name in OFFSETS]
+    return geometry.replace("calibrated", **lengths), moved
+
+
+def _rms(residual) -> float:
+    return float(np.sqrt((residual**2).sum(axis=1).mean()))
+
+
+def _known(parameters: Mapping[str, float]) -> None:
+    known = (*PARAMETERS, *OFFSETS)
+    for name, value in parameters.items():
+        if name not in known:
+            raise BadInput(f"unknown parameter `{name}`; known are {', '.join(known)}.")
+        if not value >= 0:
+            raise BadInput(f"the size of `{name}`'s error must be 0 or more; got {value}.")

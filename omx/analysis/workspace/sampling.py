@@ -1,0 +1,213 @@
+"""Where the tip of any chain goes, by trying many configurations: counts of tips in cells of a plane or of space.
+
+The samples come in blocks, each with its own seed, so the counts are the same whatever works on them: threads of
+this machine (the default), processes, or a dask cluster, through any object with the `map` of an executor.
+"""
+
+import sys
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import cached_property, partial
+from math import prod
+from os import cpu_count
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from ... import kinematics
+from ...arm import LIMITS
+from ...dh import Chain
+from ...errors import BadInput
+from ...geometry import COURSE, Geometry
+from .section import centres
+
+#: Samples that share one seed. Changing it changes the samples; the size of a task does not.
+BLOCK = 65_536
+
+#: Samples that one call of the executor works on.
+TASK = 16 * BLOCK
+
+
+class Executor(Protocol):
+    """What may do the work: a `concurrent.futures` executor, or `dask.distributed.Client().get_executor()`."""
+
+    def map(self, function, *iterables): ...
+
+
+class Counts:
+    """How many tips fell into each cell of side `step` (mm): `counts`, an axis for each of `axes`, the centres."""
+
+    def __init__(self, axes: tuple[np.ndarray, ...], counts: np.ndarray, step: float):
+        self.axes, self.counts, self.step = axes, counts, step
+
+    def __repr__(self) -> str:
+        hit = int(np.count_nonzero(self.counts))
+        return f"Counts({int(self.counts.sum())} tips in {hit} cells of {self.step:g} mm)"
+
+    @cached_property
+    def hit(self) -> np.ndarray:
+        """The centres (n, 2) or (n, 3), mm, of the cells that hold at least one tip."""
+        return np.column_stack([axis[i] for axis, i in zip(self.axes, np.nonzero(self.counts), strict=True)])
+
+    @property
+    def size(self) -> float:
+        """The area (mm2) or volume (mm3) of these cells together: border cells count whole, so it is a bit large."""
+        return len(self.hit) * self.step ** len(self.axes)
+
+
+class _Job(NamedTuple):
+    """Everything that a worker has to know; plain data, so that it can be sent to another machine."""
+
+    samples: int
+    seed: int
+    arm: Geometry | Chain
+    limits: tuple
+    draw: Callable
+    keep: Callable | None
+    axes: tuple
+    step: float
+
+
+def uniform(random: np.random.Generator, rows: int, columns: int) -> np.ndarray:
+    """Independent numbers in [0, 1), (rows, columns)."""
+    return random.random((rows, columns))
+
+
+def stratified(random: np.random.Generator, rows: int, columns: int) -> np.ndarray:
+    """Numbers in [0, 1), (rows, columns), one in each of `rows` equal parts of every column: a Latin hypercube.
+
+    They spread more evenly than independent ones: no joint leaves a gap in its range.
+    """
+    order = random.permuted(np.tile(np.arange(rows), (columns, 1)), axis=1).T
+    return (order + random.random((rows, columns))) / rows
+
+
+def sample_joints(samples: int, seed: int = 0, arm: Geometry | Chain = COURSE, limits=None, draw=uniform) -> np.ndarray:
+    """`samples` configurations within the joint limits, (samples, joints), the same for the same seed.
+
+    `limits`: the chain's own, or `omx.LIMITS`, if left out. `draw`: `uniform` or `stratified`. Raises `BadInput`.
+    """
+    job = _Job(_checked(samples), seed, arm, _limits(arm, limits), draw, None, (), 0.0)
+    return np.vstack([_block(job, i) for i in range(-(-samples // BLOCK))])
+
+
+def tips(q, arm: Geometry | Chain = COURSE) -> np.ndarray:
+    """The tip's position (..., 3), mm, for joint values q (..., joints)."""
+    if isinstance(arm, Chain):
+        return arm.fk(q)[..., :3, 3]
+    return kinematics.pose(np.asarray(q, float), arm)[..., :3]
+
+
+def count_plane(samples: int, seed: int = 0, *, arm: Geometry | Chain = COURSE, limits=None, step: float = 5.0,
+                draw=uniform, keep=None, executor: Executor | None = None, progress=None) -> Counts:  # fmt: skip
+    """Tips in cells of the plane: `counts` with the axes r, z.
+
+    For a `Geometry` r has a sign, as if q1 were 0: negative over the arm's back. For a `Chain` it is the distance
+    from the z axis. `step`: the side of a cell (mm). `keep(q)`, (n, joints) -> booleans (n,): count only these.
+    `executor`: anything with the `map` of `concurrent.futures`; threads if left out. `progress(done, samples)` is
+    called as the work proceeds, for example `text_bar`. The counts do not depend on either. Raises `BadInput`.
+    """
+    (z_low, z_high), reach = _span(arm, limits)
+    axes = (centres(-reach if isinstance(arm, Geometry) else 0.0, reach, step), centres(z_low, z_high, step))
+    job = _Job(_checked(samples), seed, arm, _limits(arm, limits), draw, keep, axes, step)
+    return _count(job, _plane, executor, progress)
+
+
+def count_space(samples: int, seed: int = 0, *, arm: Geometry | Chain = COURSE, limits=None, step: float = 10.0,
+                draw=uniform, keep=None, executor: Executor | None = None, progress=None) -> Counts:  # fmt: skip
+    """Tips in cubes of space: `counts` with the axes x, y, z; the other arguments are those of `count_plane`."""
+    (z_low, z_high), reach = _span(arm, limits)
+    axes = (*[centres(-reach, reach, step)] * 2, centres(z_low, z_high, step))
+    job = _Job(_checked(samples), seed, arm, _limits(arm, limits), draw, keep, axes, step)
+    return _count(job, _space, executor, progress)
+
+
+def text_bar(done: int, total: int) -> None:
+    """A progress bar for a terminal: pass it as `progress`."""
+    full = round(30 * done / total)
+    end = "\n" if done == total else ""
+    print(f"\r[{'#' * full}{'.' * (30 - full)}] {done / total:4.0%}", end=end, file=sys.stderr, flush=True)
+
+
+def _count(job: _Job, project, executor: Executor | None, progress) -> Counts:
+    blocks = -(-job.samples // BLOCK)
+    firsts = range(0, blocks, TASK // BLOCK)
+    if executor is None:
+        with ThreadPoolExecutor(cpu_count()) as threads:
+            return _count(job, project, threads, progress)
+    total = np.zeros(prod(map(len, job.axes)), dtype=np.int64)
+    for first, counts in zip(firsts, executor.map(partial(_task, job, project), firsts), strict=True):
+        total += counts
+        if progress is not None:
+            progress(min(first * BLOCK + TASK, job.samples), job.samples)
+    return Counts(job.axes, total.reshape([len(axis) for axis in job.axes]), job.step)
+
+
+def _task(job: _Job, project, first: int) -> np.ndarray:
+    """The counts of one task's blocks, all cells in one row."""
+    total = np.zeros(prod(map(len, job.axes)), dtype=np.int64)
+    for i in range(first, min(first + TASK // BLOCK, -(-job.samples // BLOCK))):
+        q = _block(job, i)
+        if job.keep is not None:
+            q = q[np.asarray(job.keep(q), bool)]
+        if len(q):
+            total += np.bincount(_cells(job, project(q, job.arm)), minlength=len(total))
+    return total
+
+
+def _block(job: _Job, i: int) -> np.ndarray:
+    """The configurations of block i; the last block may be cut short."""
+    random = np.random.default_rng(np.random.SeedSequence(job.seed, spawn_key=(i,)))
+    low, high = np.array(job.limits, float).T
+    q = job.draw(random, min(BLOCK, job.samples - i * BLOCK), len(low))
+    q *= high - low
+    q += low
+    return q
+
+
+def _cells(job: _Job, points: list[np.ndarray]) -> np.ndarray:
+    """The number of the cell of each point, counted through all axes, the last one fastest."""
+    number = np.zeros(len(points[0]), dtype=np.int64)
+    for axis, values in zip(job.axes, points, strict=True):
+        place = np.floor((values - (axis[0] - 0.5 * job.step)) / job.step).astype(np.int64)
+        number = number * len(axis) + np.clip(place, 0, len(axis) - 1)  # rounding at the rim
+    return number
+
+
+def _plane(q: np.ndarray, arm: Geometry | Chain) -> list[np.ndarray]:
+    if isinstance(arm, Geometry):
+        q[:, 0] = 0.0
+        x, _, z = tips(q, arm).T
+        return [x, z]
+    x, y, z = tips(q, arm).T
+    return [np.hypot(x, y), z]
+
+
+def _space(q: np.ndarray, arm: Geometry | Chain) -> list[np.ndarray]:
+    return list(tips(q, arm).T)
+
+
+def _span(arm: Geometry | Chain, limits) -> tuple[tuple[float, float], float]:
+    """The height, (low, high), and the distance from the z axis (mm) that the tip cannot exceed: all links in line."""
+    if isinstance(arm, Geometry):
+        reach = arm.L2 + arm.L3 + arm.L4
+        return (arm.L1 - reach, arm.L1 + reach), reach
+    reach = 0.0
+    for row, (low, high) in zip(arm.rows, _limits(arm, limits), strict=True):
+        slide = max(abs(row.d + low), abs(row.d + high)) if row.prismatic else abs(row.d)
+        reach += float(np.hypot(row.a, slide))
+    return (-reach, reach), reach
+
+
+def _limits(arm: Geometry | Chain, limits) -> tuple:
+    limits = limits or (arm.limits if isinstance(arm, Chain) else LIMITS)
+    joints = len(arm) if isinstance(arm, Chain) else 4
+    if limits is None or len(limits) != joints:
+        raise BadInput(f"`limits` must give (low, high) for each of the {joints} joints; got {limits}.")
+    return tuple((float(low), float(high)) for low, high in limits)
+
+
+def _checked(samples: int) -> int:
+    if not isinstance(samples, (int, np.integer)) or samples < 1:
+        raise BadInput(f"`samples` must be a whole number, at least 1; got {samples!r}.")
+    return int(samples)

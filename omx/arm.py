@@ -1,0 +1,78 @@
+"""The one description of the OpenMANIPULATOR-X that is not its DH table: limits, poses, masses, servos, thresholds.
+
+Data only; lengths in mm, angles in rad, masses in kg. What is not the maker's has its reason beside it.
+"""
+
+from math import atan2, hypot, pi, radians
+
+# ---- joints and named poses ----
+
+#: Joint limits (rad), from the maker's current URDF: one (low, high) a joint.
+LIMITS = ((-pi, pi), (-1.5, 1.5), (-1.5, 1.4), (-1.7, 1.97))
+
+#: Where the frames stop the joints (rad): the widest limits that anyone publishes for this arm.
+STOPS = ((-pi, pi), (-2.05, 1.571), (-1.571, 1.53), (-1.8, 2.0))
+
+#: All joints at zero: the tool points forward, (274, 0, 204.765) mm.
+ZERO = (0.0, 0.0, 0.0, 0.0)
+
+#: The maker's home pose: the arm folded back over itself, tool level. Parking passes it, so that the hand comes down
+#: from above.
+HOME = (0.0, -1.05, 0.35, 0.70)
+
+#: Where the arm lies when it is parked, folded together: least to fall when the torque goes off. Check it on yours.
+REST = (0.0, -1.45, 1.32, 0.2)
+
+#: What differs in the maker's URDF: a shoulder 0.5 mm lower, and an upper arm that is 128 up and 24 forward.
+MAKER_LENGTHS = {"L1": 76.5, "L2": hypot(128, 24), "delta": atan2(24, 128)}
+
+#: The maker's base frame lies this far (mm) behind the axis of joint 1, where the book's base frame is.
+BASE_OFFSET = 12.0
+
+# ---- gripper ----
+
+#: The fingers travel -10 .. 19 mm each; a servo angle of +1 rad closes them by 11.5 mm each.
+FINGERS, FINGER_PER_RAD = (-10.0, 19.0), -11.5
+#: The gap (mm) between the pads at servo angle 0.
+OPENING_AT_ZERO = 42.0
+#: The gripper's servo (deg): where the course opens and closes it.
+OPEN_DEG, CLOSED_DEG = -45.0, 45.0
+
+# ---- masses ----
+
+GRAVITY = 9.81  # m/s^2
+
+#: Links that joints 2, 3, 4 carry: mass (kg), the maker's, and centre of mass (mm), forward and up from the link's own
+#: joint when all joints are at zero; read off the links' bounding boxes (the servo at the far end outweighs the rest).
+UPPER_ARM = (0.1385, (13.0, 106.0))
+FOREARM = (0.1327, (105.0, 0.0))
+WRIST = (0.1433, (55.0, 0.0))
+
+# ---- servos ----
+
+MODEL = 1020  # XM430-W350
+#: Joints 1 to 4, then the gripper.
+JOINT_IDS, GRIPPER_ID = (11, 12, 13, 14), 15
+ARM_IDS = (*JOINT_IDS, GRIPPER_ID)
+
+#: Encoder ticks to a turn, and the tick at which a joint is at zero.
+TICKS_PER_TURN, ZERO_TICK = 4096, 2048
+
+STALL_TORQUE, STALL_CURRENT = 4.1, 2300.0  # Nm and mA at 12 V, for a moment only
+NO_LOAD_SPEED = 46 * 2 * pi / 60  # rad/s at 12 V
+SUPPLY_VOLTS = 12.0
+
+# ---- what an arm must be to be driven ----
+
+OLDEST_FIRMWARE = 42  # time-based profiles came with it
+WARN_VOLTS, FEWEST_VOLTS = 11.0, 10.0
+WARN_DEGREES, MOST_DEGREES = 60, 70  # degrees C; the servo itself gives up at 80
+
+#: Commands stay this far (rad) inside the joint limits.
+SOFT_MARGIN = radians(2.0)
+#: The fastest a joint is sent anywhere, unless the caller raises it on purpose (rad/s).
+SPEED_CAP = radians(60.0)
+#: The speeds (rad/s) of parking, and of the way back from outside the limits.
+PARK_SPEED, SLOW = radians(30.0), radians(10.0)
+#: More current (mA) than this in a joint that does not move: it pushes on something.
+STALL_MA = 500.0

@@ -1,0 +1,16 @@
+"""From a derivation to code: SymPy helpers for the chapters' own steps, and the generator that writes their result.
+
+A chapter hands its expressions over as `Function`s; `write` puts them, readable, into `omx/generated` as Python and
+JavaScript. Only notebooks, tests and this package need SymPy.
+"""
+
+from .chain import chain_functions, write_chain
+from .function import Function
+from .module import source
+from .store import write
+from .symbolic import dh_matrix, exact, gather, numbers, prove_equal, residual, short, show, wrap
+
+__all__ = [
+    "Function", "chain_functions", "dh_matrix", "exact", "gather", "numbers", "prove_equal", "residual", "short",
+    "show", "source", "wrap", "write", "write_chain",
+]  # fmt: skip

@@ -1,0 +1,70 @@
+"""Any chain of DH rows as a generated module: frames and tool transform, no simplification needed."""
+
+from collections.abc import Mapping
+from types import ModuleType
+
+import sympy as sp
+
+from ..dh import Chain
+from ..errors import BadInput
+from .function import Function
+from .store import write
+from .symbolic import dh_matrix, exact
+
+
+def chain_functions(chain: Chain) -> list[Function]:
+    """`frames` (T_0_1 .. T_0_n) and `transform` (T_0_n) of `chain`, each entry a named step from the one before."""
+    joints = [sp.Symbol(name, real=True) for name in chain.names]
+    steps, frames = [], []
+    current = sp.eye(4)
+    for i, (row, joint) in enumerate(zip(chain.rows, joints, strict=True), start=1):
+        current = _named(current * dh_matrix(*exact(row).at(joint)), i, steps)
+        frames.append(current)
+    outputs = {f"T_0_{i}": frame for i, frame in enumerate(frames, start=1)}
+    last, tool = list(outputs.items())[-1]
+    if len(frames) == 1:
+        outputs = {"frames": (tool,)}  # a single output would be returned without a tuple around it
+    return [
+        Function("transform", f"{last}, rows of the 4x4 matrix.", joints, {last: tool}, steps),
+        Function("frames", f"T_0_1 .. {last}, each as rows of a 4x4 matrix.", joints, outputs, steps),
+    ]
+
+
+def write_chain(
+    name: str,
+    chain: Chain,
+    *,
+    notebook: str,
+    doc: str = "",
+    parameters: Mapping[sp.Symbol, object] | None = None,
+) -> ModuleType:
+    """Write `<name>.py` with `transform`, `frames` and `dh_rows` of any chain, and return it loaded.
+
+    Entries of the rows may be numbers or SymPy expressions; `parameters` gives each symbol in them its value.
+    """
+    parameters = dict(parameters or {})
+    rows = [exact(row) for row in chain.rows]
+    symbols = set().union(*(entry.free_symbols for row in rows for entry in row.at(0)))
+    missing = sorted(symbol.name for symbol in symbols - set(parameters))
+    if missing:
+        raise BadInput(f"the rows of {chain.name} use {', '.join(missing)}: give each a value in `parameters`.")
+    return write(
+        name,
+        chain_functions(chain),
+        notebook=notebook,
+        doc=doc or f"Forward kinematics of {chain.name}.",
+        parameters=parameters,
+        rows=rows,
+    )
+
+
+def _named(matrix: sp.Matrix, frame: int, steps: list) -> sp.Matrix:
+    """`matrix` with each entry that needs arithmetic replaced by a symbol, whose step is appended to `steps`."""
+    named = matrix.copy()
+    for i, axis in enumerate("xyz"):
+        for j, column in enumerate("noap"):
+            entry = matrix[i, j]
+            if sp.count_ops(entry.xreplace({t: sp.Dummy() for t in entry.atoms(sp.sin, sp.cos)})) > 1:
+                named[i, j] = sp.Symbol(f"{column}{axis}{frame}", real=True)
+                steps.append((named[i, j], entry))
+    return named

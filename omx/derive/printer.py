@@ -1,0 +1,156 @@
+"""How one expression looks in each dialect: `math` for one configuration, NumPy for batches, JavaScript for pages."""
+
+import re
+from dataclasses import dataclass
+
+import sympy as sp
+from sympy.printing.precedence import PRECEDENCE
+from sympy.printing.pycode import PythonCodePrinter
+
+from ..errors import BadInput
+from .symbolic import wrap
+
+#: What an expression may be made of, besides the functions of a dialect.
+PARTS = (sp.Symbol, sp.Rational, sp.Float, sp.Add, sp.Mul, sp.Pow, type(sp.pi))
+
+ROOTS_AND_ARCS = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt")
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """The words of one target: `functions` maps SymPy names to it, `pair` computes a sine and a cosine.
+
+    `imports` says which module each word comes from. A statement is `let name = code end`; several results
+    stand in `brackets`.
+    """
+
+    suffix: str
+    number: str
+    functions: dict[str, str]
+    imports: dict[str, str]
+    pi: str = "pi"
+    pair: str = ""
+    let: str = ""
+    end: str = ""
+    brackets: str = "()"
+
+
+SCALAR = Dialect(
+    suffix="",
+    number="float",
+    functions={name: name for name in ROOTS_AND_ARCS}
+    | {"Abs": "abs", "Max": "max", "Min": "min", wrap.__name__: "remainder({0}, tau)"},
+    imports=dict.fromkeys((*ROOTS_AND_ARCS, "remainder", "tau", "pi"), "math"),
+    pair="sin({0}), cos({0})",
+)
+
+BATCH = Dialect(
+    suffix="_batch",
+    number="np.ndarray",
+    functions={name: f"np.{re.sub('^a', 'arc', name)}" for name in ROOTS_AND_ARCS}
+    | {"Abs": "np.abs", "Max": "np.maximum", "Min": "np.minimum", wrap.__name__: "wrap({0})"},
+    imports={"wrap": "omx.arrays", "sincos": "omx.arrays", "pi": "math", "np": "numpy"},
+    pair="sincos({0})",
+)
+
+
+class Printer(PythonCodePrinter):
+    """Prints one expression; remembers in `used` the names that the module has to import.
+
+    `parameters` come first in products and sums, in their order: `L3*s23`, `L2 + L3*D`.
+    """
+
+    def __init__(self, dialect: Dialect, parameters=()):
+        super().__init__({"fully_qualified_modules": False})
+        self.dialect = dialect
+        self.rank = {symbol: i for i, symbol in enumerate(parameters)}
+        self.used: set[str] = set()
+
+    def code(self, expression) -> str:
+        """The expression as source text; `BadInput` names what cannot be written."""
+        expression = sp.sympify(expression)
+        for part in sp.preorder_traversal(expression):
+            if not isinstance(part, PARTS) and type(part).__name__ not in self.dialect.functions:
+                known = ", ".join(sorted(self.dialect.functions))
+                raise BadInput(f"cannot write `{part}` as code; the functions that can be written are {known}.")
+        return self.doprint(expression)
+
+    def use(self, code: str) -> str:
+        """`code`, with every importable word in it noted."""
+        self.used |= set(re.findall(r"[a-z]\w*", code)) & self.dialect.imports.keys()
+        return code
+
+    def _print_Function(self, expression):
+        target = self.dialect.functions[type(expression).__name__]
+        printed = [self._print(a) for a in expression.args]
+        return self.use(target.format(*printed) if "{0}" in target else f"{target}({', '.join(printed)})")
+
+    _print_sin = _print_cos = _print_tan = _print_asin = _print_acos = _print_atan = _print_Function
+    _print_atan2 = _print_Abs = _print_Function
+
+    def _print_Max(self, expression):
+        """Two at a time, since NumPy's take two; numbers first, as floats."""
+        target = self.use(self.dialect.functions[type(expression).__name__])
+        ordered = sorted(expression.args, key=lambda a: (not a.is_number, sp.default_sort_key(a)))
+        first, *rest = [repr(float(a)) if a.is_Integer else self._print(a) for a in ordered]
+        for word in rest:
+            first = f"{target}({first}, {word})"
+        return first
+
+    _print_Min = _print_Max
+
+    def _print_Pi(self, expression):
+        return self.use(self.dialect.pi)
+
+    def _print_Float(self, expression):
+        return repr(float(expression))  # SymPy would round it to 15 digits
+
+    def _print_Pow(self, expression, rational=False):
+        base, exponent = expression.as_base_exp()
+        if exponent == sp.Rational(1, 2):
+            return self.use(f"{self.dialect.functions['sqrt']}({self._print(base)})")
+        if exponent == 2 and base.is_Symbol:
+            return f"{base.name}*{base.name}"
+        if exponent.is_Rational and exponent < 0:
+            return f"1/{self.parenthesize(base**-exponent, PRECEDENCE['Pow'])}"
+        return self._power(base, exponent)
+
+    def _power(self, base, exponent) -> str:
+        return "**".join(self.parenthesize(part, PRECEDENCE["Pow"]) for part in (base, exponent))
+
+    def _print_Mul(self, expression):
+        numerator, denominator = sp.fraction(expression)
+        coefficient, factors = numerator.as_coeff_mul()
+        words = self._factors(factors)
+        if abs(coefficient) != 1 or not words:
+            words.insert(0, self._print(abs(coefficient)))
+        code = ("-" if coefficient < 0 else "") + "*".join(words)
+        if denominator == 1:
+            return code
+        below = self._factors(denominator.as_ordered_factors())
+        return f"{code}/({'*'.join(below)})" if len(below) > 1 or "*" in below[0] else f"{code}/{below[0]}"
+
+    def _factors(self, factors) -> list[str]:
+        ordered = sorted(factors, key=self._factor_order)
+        return [self.parenthesize(f, PRECEDENCE["Mul"]) for f in ordered]
+
+    def _print_Add(self, expression, order=None):
+        pieces: list[str] = []
+        for term in sorted(self._as_ordered_terms(expression, order=order), key=self._term_order):
+            text = self.parenthesize(term, PRECEDENCE["Add"], strict=True)
+            sign, text = ("-", text[1:]) if text.startswith("-") else ("+", text)
+            pieces.append(f" {sign} {text}" if pieces else text if sign == "+" else f"-{text}")
+        return "".join(pieces)
+
+    def _factor_order(self, factor):
+        """Numbers, lengths, steps, then sines and cosines by their angle: `2*L2*L3`, `L4*s1*c234`."""
+        trig = factor.is_Symbol and re.fullmatch(r"[sc](\d.*|_\w+)", factor.name)
+        name = factor.name[1:] if trig else str(factor)
+        return (not factor.is_number, self.rank.get(factor, len(self.rank)), bool(trig), name, str(factor))
+
+    def _term_order(self, term):
+        """What is added before what is subtracted; joint variables, numbers, then terms by their first length."""
+        joint = term.is_Symbol and re.fullmatch(r"q\d+", term.name)
+        ranks = [self.rank[s] for s in term.free_symbols if s in self.rank]
+        first = -2 if joint else -1 if term.is_number else min(ranks, default=len(self.rank))
+        return term.could_extract_minus_sign(), first

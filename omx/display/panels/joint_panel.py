@@ -1,0 +1,87 @@
+"""`JointPanel`: one slider a joint, and the tool's pose as it follows."""
+
+import math
+
+import ipywidgets
+
+from ...arm import HOME
+from ...dh import Chain, clipped
+from ...geometry import COURSE
+from ...kinematics import pose as tool_pose
+from ..viewer.view import View
+from . import tables
+from .panel import Panel, side_by_side, slider_row
+
+
+class JointPanel(Panel):
+    """Joint sliders in degrees (mm where prismatic) under the arm, with T, x, y, z and pitch as they change.
+
+    `view`: a `View` to drive, the arm's or any chain's; a new one if left out. `limits`: one (low, high) a joint,
+    rad. Arrow keys move a slider by one degree, page keys by more; a number can be typed into its box.
+    """
+
+    def __init__(self, view: View | None = None, *, q=None, geometry=COURSE, limits=None):
+        view = view or View(HOME if q is None else q, geometry=geometry)
+        self.chain = _limited(view.chain, limits)
+        rows = []
+        self.sliders = []
+        for row, name, (low, high) in zip(self.chain.rows, self.chain.names, self.chain.limits, strict=True):
+            unit = "mm" if row.prismatic else "deg"
+            scale = 1.0 if row.prismatic else 180 / math.pi
+            slider, line = slider_row(name, math.ceil(scale * low), math.floor(scale * high), 0.0, unit)
+            self.sliders.append(slider)
+            rows.append(line)
+            slider.observe(self._heard, "value")
+        self._text = ipywidgets.HTML()
+        sliders = ipywidgets.VBox([*rows, self._buttons(view)])
+        super().__init__(view, [side_by_side(sliders, self._text)], view.q if q is None else q)
+
+    def __repr__(self) -> str:
+        return f"JointPanel: {self.view!r}"
+
+    def _buttons(self, view: View):
+        poses = {"zero": clipped((0.0,) * len(self.chain), self.chain.limits)}  # or the limit nearest to it
+        if view.geometry is not None:
+            poses["home"] = HOME
+        buttons = []
+        for name, q in poses.items():
+            button = ipywidgets.Button(description=name, tooltip=f"Go to the {name} pose")
+            button.layout.width = "80px"
+            button.on_click(lambda _, q=q: setattr(self, "q", q))
+            buttons.append(button)
+        return ipywidgets.HBox(buttons)
+
+    def _check(self, q) -> None:
+        self.chain.check(q)
+
+    def _static_data(self) -> dict:
+        data = {"kind": "joints", "names": list(self.chain.names), "limits": list(self.chain.limits)}
+        if self.view.geometry is not None:
+            return {**data, "geometry": list(self.view.geometry.values)}
+        return {**data, "rows": [vars_of(row) for row in self.chain.rows]}
+
+    def _on_sliders(self, values) -> None:
+        rows = zip(values, self.chain.rows, strict=True)
+        self._command(tuple(v if row.prismatic else math.radians(v) for v, row in rows))
+
+    def _slider_values(self, q) -> list[float]:
+        return [v if row.prismatic else math.degrees(v) for v, row in zip(q, self.chain.rows, strict=True)]
+
+    def _write(self) -> None:
+        T = self.view.chain.fk(self._q)
+        values = [(n, float(T[i, 3]), "mm") for i, n in enumerate("xyz")]
+        if self.view.geometry is not None:
+            values.append(("pitch", math.degrees(tool_pose(self._q, self.view.geometry).pitch), "deg"))
+        self._text.value = tables.matrix_table(T) + tables.value_table(values)
+
+
+def vars_of(row) -> dict:
+    """A DH row as plain numbers, for a page's script."""
+    numbers = {name: float(getattr(row, name)) for name in ("theta", "d", "a", "alpha")}
+    return {**numbers, "prismatic": bool(row.prismatic)}
+
+
+def _limited(chain: Chain, limits) -> Chain:
+    """The chain with limits for its sliders: those given, its own, or half a turn and 100 mm each way."""
+    free = [(0.0, 100.0) if row.prismatic else (-math.pi, math.pi) for row in chain.rows]
+    return Chain(chain.rows, limits or chain.limits or free, chain.names, chain.name)

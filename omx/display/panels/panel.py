@@ -1,0 +1,129 @@
+"""What both panels share: a view, its joint values, and one way out for commands."""
+
+import html
+import json
+
+import ipywidgets
+
+from ..viewer.scene import mimebundle
+from ..viewer.view import View
+from .throttle import Latest
+
+#: Seconds between two commands to whatever `on_command` drives, and between two updates of the numbers.
+COMMAND_INTERVAL, TEXT_INTERVAL = 1 / 30, 1 / 20
+
+#: How many values told to sliders are remembered until the page answers them.
+_REMEMBERED = 40
+
+
+class Panel(ipywidgets.VBox):
+    """A 3-D view above its controls.
+
+    `on_command(q)` is the panel's one way out: left None, a command moves the arm in the view. Set to a function,
+    it gets each commanded q instead, at most 30 a second and always the last; the command is then shown as a
+    ghost, and the solid arm stands where `show(q)` puts it: where a real arm is.
+    """
+
+    def __init__(self, view: View, controls, q):
+        self.view = view
+        self.on_command = None
+        self._quiet = False
+        self._values: list[float] = []
+        self._told: list[tuple[int, float]] = []
+        self._q = view.q
+        self._forward = Latest(lambda q: self.on_command and self.on_command(q), COMMAND_INTERVAL)
+        self._tell = Latest(lambda _: self._write(), TEXT_INTERVAL, eager=False)  # the arm moves first
+        super().__init__([view.widget, *controls])
+        self.q = q
+
+    @property
+    def q(self) -> tuple[float, ...]:
+        """The joint values last commanded, rad. Setting them moves sliders and arm; `JointLimit` outside the limits."""
+        return self._q
+
+    @q.setter
+    def q(self, value) -> None:
+        q = self.view.check(value)
+        self._check(q)
+        self._place(q)
+
+    def show(self, q) -> None:
+        """Put the solid arm at `q`, without a command: what a real arm reports."""
+        self.view.q = q
+
+    def _place(self, q) -> None:
+        """Joint values set from outside: command them and let the sliders follow."""
+        self._command(q)
+        self._set_sliders(q)
+
+    def static_html(self, *, shared: bool = False) -> str:
+        """The panel without a kernel: with `shared`, a mark that the site's script fills with sliders of its own.
+
+        That script moves the arm by the generated formulas in JavaScript. Otherwise the scene alone.
+        """
+        scene = self.view.static_html(shared=shared)
+        if not shared:
+            return scene
+        data = html.escape(json.dumps({"q": self.q, **self._static_data()}))
+        return f'<div class="omx-panel" data-panel="{data}">{scene}</div>'
+
+    def _command(self, q) -> None:
+        self._q = q
+        if self.on_command is None:
+            self.view.q = q
+        else:
+            self.view.ghosts([q])
+            self._forward(q)
+        self._tell(None)
+
+    def _set_sliders(self, q) -> None:
+        """Move the sliders without hearing them."""
+        self._values = self._slider_values(q)
+        self._told = [*self._told, *enumerate(self._values)][-_REMEMBERED:]
+        self._quiet = True
+        try:
+            for slider, value in zip(self.sliders, self._values, strict=True):
+                slider.value = value
+        finally:
+            self._quiet = False
+
+    def _heard(self, change) -> None:
+        """A slider was moved. The others keep the exact values that they stand for."""
+        if self._quiet:
+            return
+        i, value = self.sliders.index(change["owner"]), change["new"]
+        if not self._is_echo(i, value):
+            self._told.clear()
+            self._values[i] = value
+            self._on_sliders(list(self._values))
+
+    def _is_echo(self, i: int, value: float) -> bool:
+        """Is this the page's answer to a value that it was told, rounded to a whole step? There is one for each."""
+        near = 0.5 * self.sliders[i].step + 1e-9
+        answered = next((told for told in self._told if told[0] == i and abs(value - told[1]) <= near), None)
+        if answered:
+            self._told.remove(answered)
+        return answered is not None
+
+    def _repr_mimebundle_(self, **_) -> dict:
+        return mimebundle(self.view, self)
+
+
+def slider_row(name: str, low: float, high: float, value: float, unit: str, step: float = 1.0):
+    """A slider in `unit` and the row that shows its limits; arrow keys move it by `step`."""
+    slider = ipywidgets.FloatSlider(
+        value=min(max(value, low), high), min=low, max=high, step=step, description=name, readout_format=".1f",
+        layout=ipywidgets.Layout(width="340px"), style={"description_width": "48px"},
+    )  # fmt: skip
+    limits = ipywidgets.Label(f"{_plain(low)} to {_plain(high)} {unit}", layout=ipywidgets.Layout(width="120px"))
+    return slider, ipywidgets.HBox([slider, limits])
+
+
+def side_by_side(*children):
+    """Boxes beside each other, below each other where the page is narrow."""
+    layout = ipywidgets.Layout(flex_flow="row wrap", align_items="flex-start", grid_gap="4px 24px")
+    return ipywidgets.Box(list(children), layout=layout)
+
+
+def _plain(value: float) -> str:
+    return f"{value:g}".replace("-", "\u2212")

@@ -1,0 +1,149 @@
+"""Marks in the scene: labelled frames, arrows, planes, polylines, a target. All sizes in mm."""
+
+import math
+
+import numpy as np
+
+from .mesh import Solid
+from .primitives import ball, cone, tube
+from .threejs import FLAT, ON_TOP, Drawing
+
+#: Red, green and blue for x, y and z, dark enough to read and different enough in grey.
+AXIS_COLOURS = ("#c8322b", "#20803a", "#1f57c3")
+#: A colour-blind-safe set (Okabe and Ito) for ghosts, paths and regions, in the order of the four IK branches.
+PALETTE = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#d55e00", "#56b4e9")
+
+_LABELLED = {**FLAT, **ON_TOP, "side": 0}
+
+
+def rgb(colour) -> tuple[int, int, int]:
+    """`#rrggbb`, or three numbers 0..255, as three integers."""
+    if isinstance(colour, str):
+        return tuple(int(colour.lstrip("#")[i : i + 2], 16) for i in (0, 2, 4))
+    return tuple(int(c) for c in colour)
+
+
+def triad(index: int | None = None, size: float = 55.0) -> Drawing:
+    """Three arrows x, y, z from the origin, drawn over everything; with `index`, each labelled (x_2, frame {2})."""
+    out = Drawing()
+    arrows = Solid()
+    for k, axis in enumerate(np.eye(3)):
+        arrows.add(arrow_solid((0, 0, 0), size * axis, rgb(AXIS_COLOURS[k]), 0.022 * size + 0.4))
+    arrows.add(ball((0, 0, 0), 0.05 * size, (40, 44, 50)))
+    out.solid(arrows, _LABELLED, casts=False, order=10)
+    if index is not None:
+        for letter, axis, colour in zip("xyz", np.eye(3), AXIS_COLOURS, strict=True):
+            out.label(f"{letter}_{index}", 1.17 * size * axis, colour)
+        out.label(f"{{{index}}}", (-0.2 * size,) * 3, "#1b1f24", 13)
+    return out
+
+
+def arrow_solid(start, end, colour, radius: float) -> Solid:
+    """A round arrow from `start` to `end` (3,)."""
+    start, end = np.asarray(start, float), np.asarray(end, float)
+    length = float(np.linalg.norm(end - start))
+    neck = end - (end - start) / length * min(0.4 * length, 6.5 * radius)
+    return cone(start, neck, radius, colour, 12, radius).add(cone(neck, end, 2.6 * radius, colour))
+
+
+def arrow(start, end, colour="#1b1f24", label: str | None = None, radius: float = 1.6) -> Drawing:
+    """An arrow, drawn over everything, with its label beyond the middle."""
+    start, end = np.asarray(start, float), np.asarray(end, float)
+    out = Drawing().solid(arrow_solid(start, end, rgb(colour), radius), _LABELLED, casts=False, order=11)
+    return out.label(label, 0.5 * (start + end) + (0, 0, 7), _hex(colour)) if label else out
+
+
+def arc(centre, start, end, colour="#1b1f24", label: str | None = None, radius: float = 1.1) -> Drawing:
+    """The angle from direction `start` to direction `end` about `centre`; the length of `start` is its radius."""
+    centre, start, end = (np.asarray(v, float) for v in (centre, start, end))
+    size = np.linalg.norm(start)
+    u = start / size
+    across = end - u * (u @ end)
+    angle = math.atan2(np.linalg.norm(across), u @ end)
+    v = across / max(np.linalg.norm(across), 1e-12)
+    turn = np.linspace(0, angle, max(3, int(angle / 0.08)))[:, None]
+    points = centre + size * (np.cos(turn) * u + np.sin(turn) * v)
+    solid = tube(points[:-1] if len(points) > 3 else points, radius, rgb(colour))
+    if angle > 0.1:
+        solid.add(cone(points[-1] - 4 * radius * _unit(points[-1] - points[-2]), points[-1], 2.4 * radius, rgb(colour)))
+    out = Drawing().solid(solid, _LABELLED, casts=False, order=11)
+    middle = centre + 1.18 * size * (math.cos(angle / 2) * u + math.sin(angle / 2) * v)
+    return out.label(label, middle, _hex(colour)) if label else out
+
+
+def rod(length: float, colour, radius: float = 1.6) -> Drawing:
+    """An arrow without its head, along z from the origin, drawn over everything."""
+    solid = cone((0, 0, 0), (0, 0, length), radius, rgb(colour), 12, radius)
+    return Drawing().solid(solid, _LABELLED, casts=False, order=11)
+
+
+def head(length: float, colour, radius: float = 4.2) -> Drawing:
+    """An arrow's head along z, from the origin on."""
+    return Drawing().solid(cone((0, 0, 0), (0, 0, length), radius, rgb(colour)), _LABELLED, casts=False, order=11)
+
+
+def arc_piece(size: float, degrees: float, colour, radius: float = 1.1) -> Drawing:
+    """An arc of `degrees` and of radius `size` about z, from x on."""
+    turn = np.radians(np.linspace(0, degrees, max(3, math.ceil(degrees / 4) + 1)))
+    points = size * np.column_stack((np.cos(turn), np.sin(turn), 0 * turn))
+    return Drawing().solid(tube(points, radius, rgb(colour)), _LABELLED, casts=False, order=11)
+
+
+def arc_head(size: float, colour, radius: float = 1.1) -> Drawing:
+    """The head of an arc about z that ends on the x axis, `size` from the origin."""
+    end = np.array((size, 0.0, 0.0))
+    solid = cone(end - (0, 4 * radius, 0), end, 2.4 * radius, rgb(colour))
+    return Drawing().solid(solid, _LABELLED, casts=False, order=11)
+
+
+def plane(size: float, colour="#0072b2", opacity: float = 0.15) -> Drawing:
+    """A translucent square in the node's x-y plane, with its rim."""
+    h = 0.5 * size
+    corners = [(-h, -h), (h, -h), (h, h), (-h, h)]
+    return _outlined(Drawing().region(corners, (), _number(colour), opacity), [corners], colour)
+
+
+def regions(figures, colours, opacity: float = 0.22) -> Drawing:
+    """Filled figures with their rims; each is an outline (n, 2) or a pair (outline, list of holes)."""
+    out = Drawing()
+    for figure, colour in zip(figures, colours, strict=True):
+        outline, holes = figure if isinstance(figure, tuple) and len(figure) == 2 else (figure, ())
+        out.region(outline, holes, _number(colour), opacity)
+        _outlined(out, [outline, *holes], colour)
+    return out
+
+
+def polyline(points, colour="#d55e00", radius: float = 1.2, on_top: bool = False) -> Drawing:
+    """A round line through `points` (n, 3)."""
+    solid = tube(points, radius, rgb(colour))
+    return Drawing().solid(solid, _LABELLED if on_top else {**FLAT, "side": 0}, casts=False, order=5)
+
+
+def target(size: float = 42.0) -> Drawing:
+    """A target marker: a triad in a ring and a translucent ball, at the origin of its node."""
+    out = triad(None, size)
+    angle = np.linspace(0, 2 * math.pi, 49)[:-1]
+    ring = 22 * np.column_stack((np.zeros(48), np.cos(angle), np.sin(angle)))
+    out.solid(tube(ring, 1.3, rgb("#d55e00"), closed=True), _LABELLED, casts=False, order=9)
+    return out.solid(ball((0, 0, 0), 9, rgb("#d55e00")), FLAT, opacity=0.35, order=8)
+
+
+def _outlined(drawing: Drawing, loops, colour) -> Drawing:
+    for loop in loops:
+        loop = np.asarray(loop, float)
+        loop = loop[:-1] if np.array_equal(loop[0], loop[-1]) else loop
+        points = np.column_stack((np.repeat(loop, 2, 0), np.zeros(2 * len(loop))))
+        drawing.lines(np.roll(points, -1, 0), np.tile(rgb(colour), (len(points), 1)))
+    return drawing
+
+
+def _unit(v):
+    return v / max(float(np.linalg.norm(v)), 1e-12)
+
+
+def _hex(colour) -> str:
+    return "#{:02x}{:02x}{:02x}".format(*rgb(colour))
+
+
+def _number(colour) -> int:
+    return int(_hex(colour)[1:], 16)

@@ -1,0 +1,216 @@
+"""The OpenMANIPULATOR-X from primitives: one solid a link, each in its own DH frame, mm.
+
+Sizes are those of the maker's parts (an XM430 servo is 28.5 x 46.5 x 34), but every beam is placed between the
+frames that the geometry gives, so an arm with other lengths is drawn with other beams. Each link is first
+built in a frame of its own, x forward, y left, z up, origin on the joint that moves it, and then moved
+into its DH frame.
+"""
+
+import math
+
+import numpy as np
+
+from .mesh import Solid, circle, slot
+
+SERVO, SERVO_EDGE, LABEL = (52, 54, 58), (70, 73, 78), (126, 130, 136)
+BRACKET, BEAM, BEAM_EDGE = (92, 96, 103), (74, 78, 84), (104, 108, 115)
+HORN, SCREW, RAIL = (196, 200, 206), (150, 154, 160), (206, 210, 215)
+PLATE, PLATE_HOLE = (170, 174, 180), (104, 108, 114)
+PALM, FINGER, RUBBER = (60, 62, 67), (46, 48, 52), (24, 24, 26)
+
+#: XM430: half width, half depth (mm), and how far the body reaches from the horn's axis to either end.
+_HALF_WIDTH, _HALF_DEPTH, _NEAR, _FAR = 14.25, 17.0, 11.25, 35.25
+_HINGE = 36.0  # from a joint's axis to the outside of the hinge bracket's bridge
+_FINGER_TIP = 21.7  # the fingers end this far beyond the tool frame
+
+
+def plate(height: float = -8.0) -> Solid:
+    """The aluminium base plate 350 x 300 x 8, its top at z = 0, with its rows of holes."""
+    out = Solid().box((-110, -150, height), (240, 150, 0), PLATE, bevel=1.4)
+    for x in np.arange(-85, 240, 50):
+        for y in np.arange(-125, 150, 50):
+            if abs(y) > 30 or x > 40:
+                out.stud((x, y), 3.2, -0.2, 0.12, PLATE_HOLE, sides=12)
+    return out
+
+
+def links(geometry) -> list[Solid]:
+    """The five moving and fixed parts of the arm, link 0 (base) to link 4 (gripper), each in its DH frame."""
+    L1, L2, L3, L4 = (float(v) for v in (geometry.L1, geometry.L2, geometry.L3, geometry.L4))
+    delta = float(geometry.delta)
+    return [
+        base(L1),
+        turret(L1).moved(_into_frame((0.0, 0.0, L1), 0.0)),
+        upper_arm(L2, delta).moved(_into_frame((L2 * math.sin(delta), 0.0, L2 * math.cos(delta)), math.pi / 2 - delta)),
+        forearm(L3).moved(_into_frame((L3, 0.0, 0.0), 0.0)),
+        wrist(L4).moved(_into_frame((L4, 0.0, 0.0), 0.0)),
+    ]
+
+
+def fingers(geometry) -> tuple[Solid, Solid]:
+    """The left and the right finger with their palms, in the tool's DH frame, closed to the pads' middle travel."""
+    move = _into_frame((float(geometry.L4), 0.0, 0.0), 0.0)
+    return tuple(finger(float(geometry.L4), side).moved(move) for side in (1, -1))
+
+
+def base(shoulder: float) -> Solid:
+    """Servo 1 upright in its bracket, on the plate; joint 1's axis is z."""
+    top = min(38.0, max(20.0, shoulder - 39.0))
+    out = Solid().box((-40, -25, 0), (17, 25, 3.2), BRACKET)
+    for y in (-1, 1):
+        out.box((-33, y * 14.6, 3), (9, y * 17.2, 0.72 * top), BRACKET)
+        for x in (-27, 3):
+            out.stud((0.5 * top, x), 1.9, *_span(y, 17.0, 17.9), SCREW, "y", y)
+    for x, y in ((-36, 21), (-36, -21), (13, 21), (13, -21)):
+        out.stud((x, y), 2.6, 3.2, 4.6, SCREW, "z")
+    return out.add(servo(), _pose((0, 0, top - _HALF_DEPTH), x=(1, 0, 0), z=(0, 0, 1)))
+
+
+def turret(shoulder: float) -> Solid:
+    """The bracket that joint 1 turns and servo 2 in it, its horn across (y) at the shoulder."""
+    foot = shoulder - _FAR - 1.4
+    out = Solid().disc((0, 0), 16.5, foot - 2.2, foot, HORN, bevel=0.5)
+    out.prism(slot((-6, 0), (6, 0), 17.5), foot, foot + 3.4, BRACKET, bevel=0.8)
+    for x in (-1, 1):
+        out.box((x * 14.5, -15, foot), (x * 17.3, 15, foot + 27), BRACKET)
+        for y in (-9, 9):
+            out.stud((y, foot + 20), 1.9, *_span(x, 17.1, 18.0), SCREW, "x", x)
+    return out.add(servo(), _pose((0, 0, shoulder), x=(0, 0, 1), z=(0, 1, 0)))
+
+
+def upper_arm(length: float, delta: float) -> Solid:
+    """Shoulder hinge, beam and servo 3: a dog-leg, the elbow `length` away and leaning forward by `delta`."""
+    ex, ez = length * math.sin(delta), length * math.cos(delta)
+    if ez < 75 or abs(ex) > 45:  # no room for the maker's dog-leg: a straight link that points at the elbow
+        return forearm(length).moved(_turn_y(delta - math.pi / 2))
+    out = hinge().moved(_turn_y(-math.pi / 2))
+    seat = ez - _HALF_WIDTH - 2.6
+    out.add(beam(_HINGE + 2, seat).moved(_turn_y(-math.pi / 2)))
+    back = ex - _FAR
+    out.box((back - 3, -_HALF_DEPTH, seat - 1), (ex + 7, _HALF_DEPTH, seat + 2), BRACKET)
+    out.box((back - 3, -_HALF_DEPTH, seat - 1), (back - 0.4, _HALF_DEPTH, ez + 9), BRACKET)
+    for y in (-10, 10):
+        out.stud((y, ez + 2), 1.9, back - 3.9, back - 2.8, SCREW, "x", -1)
+    return out.add(servo(), _pose((ex, 0, ez), x=(1, 0, 0), z=(0, 1, 0)))
+
+
+def forearm(length: float) -> Solid:
+    """Elbow hinge, beam and servo 4, straight along x."""
+    out = hinge()
+    back = length - _FAR
+    if back > _HINGE + 8:
+        out.add(beam(_HINGE + 2, back - 3))
+    out.box((back - 3.2, -_HALF_DEPTH, -_HALF_WIDTH), (back - 0.4, _HALF_DEPTH, _HALF_WIDTH), BRACKET)
+    for z in (-1, 1):
+        out.box((back - 3.2, -13, z * 14.5), (back + 20, 13, z * 17), BRACKET)
+        for y in (-8, 8):
+            out.stud((back + 13, y), 1.9, *_span(z, 16.8, 17.7), SCREW, "z", z)
+    return out.add(servo(), _pose((length, 0, 0), x=(1, 0, 0), z=(0, 1, 0)))
+
+
+def wrist(length: float) -> Solid:
+    """Wrist hinge, the gripper's servo (horn forward), and the front plate with its rail."""
+    front = length - 64.0  # the front plate's back
+    bridge = min(_HINGE, front - 32)
+    out = hinge(bridge)
+    if front - 36 > bridge + 8:
+        out.add(beam(bridge + 2, front - 36))
+    out.add(servo(), _pose((front - _HALF_DEPTH - 2.5, 0, 0), x=(0, 1, 0), z=(1, 0, 0)))
+    outline = slot((-52, 0), (52, 0), 12.5)
+    out.prism(outline, front, front + 4, BRACKET, "x", bevel=0.8)
+    out.box((front + 4, -60, -4.5), (front + 8.5, 60, 4.5), RAIL)
+    for y in (-50, -38, 38, 50):
+        for z in (-8.3, 8.3):
+            out.stud((y, z), 1.8, front + 3.8, front + 4.8, SCREW, "x")
+    for y in (-1, 1):
+        out.box((front - 16, y * 17, -11), (front + 1, y * 20, 11), BRACKET)
+    return out.stud((0, 0), 10, front + 4, front + 7, HORN, "x", 1, 16)
+
+
+def finger(length: float, side: int) -> Solid:
+    """One palm and finger, pads 21 mm from the middle plane, on the left (`side` 1) or the right (-1)."""
+    near, tip = length - 56, length + _FINGER_TIP
+    out = Solid().box((near, side * 19, -14), (near + 12, side * 47, 14), PALM, bevel=1.5)
+    out.box((near + 10, side * 25, -13), (near + 24, side * 45, 13), PALM, bevel=1.5)
+    blade = [(near + 10, -12.5), (tip - 12, -12.5), (tip - 3, -8), (tip, -3), (tip, 3), (tip - 3, 8), (tip - 12, 12.5),
+             (near + 10, 12.5)]  # fmt: skip
+    low, high = _span(side, 26, 33)
+    out.prism([(z, x) for x, z in reversed(blade)], low, high, FINGER, "y", bevel=1.0)
+    pad = [(tip - 42, -10), (tip - 12, -10), (tip - 5, -6), (tip - 2.5, -2), (tip - 2.5, 2), (tip - 5, 6),
+           (tip - 12, 10), (tip - 42, 10)]  # fmt: skip
+    low, high = _span(side, 21, 27)
+    out.prism([(z, x) for x, z in reversed(pad)], low, high, RUBBER, "y", bevel=1.0)
+    for x in (near + 4, near + 9):
+        for z in (-9, 9):
+            out.stud((z, x), 1.7, *_span(side, 46.6, 47.8), SCREW, "y", side)
+    return out
+
+
+def servo() -> Solid:
+    """An XM430: the horn's axis is z through the origin, the body runs along x, from -35.25 to 11.25."""
+    w, depth = _HALF_WIDTH, _HALF_DEPTH
+    out = Solid().box((-_FAR, -w, -9.5), (_NEAR, w, 9.5), SERVO, bevel=1.2)
+    out.box((-_FAR + 0.5, -w + 0.5, 9.9), (_NEAR - 0.5, w - 0.5, depth), SERVO, bevel=1.8)
+    out.box((-_FAR + 0.5, -w + 0.5, -depth), (_NEAR - 0.5, w - 0.5, -9.9), SERVO_EDGE, bevel=1.8)
+    out.box((-_FAR + 1.2, -w + 1.2, -10.2), (_NEAR - 1.2, w - 1.2, 10.2), SERVO_EDGE, bevel=0.3)
+    for end, colour in ((1, HORN), (-1, SERVO_EDGE)):
+        out.stud((0, 0), 11.2, *_span(end, depth - 0.4, depth + 2.2), colour, "z", end, 20, detail=False)
+        hub = SERVO_EDGE if end > 0 else HORN
+        out.stud((0, 0), 4.0, *_span(end, depth + 2.0, depth + 2.8), hub, "z", end, 12)
+        for k in range(8):
+            out.stud(circle(8.0, 8)[k], 1.15, *_span(end, depth + 2.0, depth + 2.7), SERVO, "z", end, 6)
+        for y in (-10.6, 10.6):
+            out.stud((-_FAR + 4, y), 1.5, *_span(end, depth - 0.3, depth + 0.35), SCREW, "z", end)
+    return out.box((-_FAR + 8, -w + 4.5, -depth - 0.25), (-_FAR + 21, w - 4.5, -depth + 1), LABEL, bevel=0.1)
+
+
+def hinge(bridge: float = _HINGE) -> Solid:
+    """The U-shaped bracket that a horn across y turns: two rounded cheeks and the bridge at x = `bridge`."""
+    out = Solid()
+    for y in (-1, 1):
+        low, high = _span(y, 19.4, 22.0)
+        out.prism(slot((0, 0), (0, bridge - 7), 13.5, 8, end_radius=14.5), low, high, BRACKET, "y", bevel=0.7)
+        out.stud((0, 0), 7.2, *_span(y, 21.8, 23.0), HORN, "y", y, 18)
+        out.stud((0, 0), 2.2, *_span(y, 22.8, 23.8), SERVO_EDGE, "y", y)
+        for k in range(4):
+            z, x = circle(10.2, 4)[k]
+            out.stud((z, x), 1.5, *_span(y, 21.9, 22.7), SCREW, "y", y)
+    return out.box((bridge - 2.2, -22.0, -14.5), (bridge + 2.4, 22.0, 14.5), BRACKET)
+
+
+def beam(start: float, end: float) -> Solid:
+    """The slim beam 17 x 32 along x, hollowed like an H, from `start` to `end`."""
+    out = Solid().box((start, -12.5, -5.5), (end, 12.5, 5.5), BEAM)
+    for y in (-1, 1):
+        out.box((start, y * 12, -8.5), (end, y * 16, 8.5), BEAM_EDGE)
+    middle = 0.5 * (start + end)
+    for x in (middle - 0.28 * (end - start), middle + 0.28 * (end - start)):
+        for z in (-1, 1):
+            out.stud((x, 0), 3.4, *_span(z, 5.0, 5.7), SERVO, "z", z, 12)
+    return out
+
+
+def _span(side: int, near: float, far: float) -> tuple[float, float]:
+    """The interval from `near` to `far` on the positive (1) or negative (-1) side, low end first."""
+    return (near, far) if side > 0 else (-far, -near)
+
+
+def _pose(origin, x, z):
+    """A rigid 4x4 from an origin (mm) and two of its axes."""
+    out = np.eye(4)
+    out[:3, 0], out[:3, 1], out[:3, 2], out[:3, 3] = x, np.cross(z, x), z, origin
+    return out
+
+
+def _turn_y(angle: float):
+    """A rotation about y; positive pitches x down."""
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, 0, s, 0], [0, 1, 0, 0], [-s, 0, c, 0], [0, 0, 0, 1.0]])
+
+
+def _into_frame(origin, rise: float):
+    """From a link's building frame to its DH frame at `origin`, whose x axis rises by `rise` (rad) and z is y."""
+    c, s = math.cos(rise), math.sin(rise)
+    frame = np.eye(4)
+    frame[:3, 0], frame[:3, 1], frame[:3, 2], frame[:3, 3] = (c, 0, s), (s, 0, -c), (0, 1, 0), origin
+    return np.linalg.inv(frame)

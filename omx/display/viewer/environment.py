@@ -1,0 +1,92 @@
+"""What surrounds the arm: camera, lights, ground and background."""
+
+from enum import Enum
+
+import numpy as np
+
+from .moving_parts import put_object, put_property
+from .threejs import Drawing
+
+_CAMERA = "/Cameras/default/rotated/<object>"
+#: Narrow, so that parallel beams look parallel.
+_FIELD_OF_VIEW = 28
+
+
+class Camera(Enum):
+    """From where the scene is seen: the direction from the scene to the camera, x forward, y left, z up."""
+
+    ISO = (0.74, -0.92, 0.52)
+    SIDE = (0.0, -1.0, 0.06)
+    FRONT = (1.0, 0.0, 0.12)
+    TOP = (0.0, -0.002, 1.0)
+
+    def place(self, aim, distance: float) -> dict:
+        """`position` and `target` (m) of a camera that looks at `aim` (3,) from `distance`, in MeshCat's y-up axes."""
+        position = np.array(self.value) / np.linalg.norm(self.value) * distance + aim
+        return {"target": _y_up(aim), "position": _y_up(position)}
+
+
+def presets(aim, distance: float) -> dict:
+    """Every camera, for the buttons in the scene."""
+    return {camera.name.lower(): camera.place(aim, distance) for camera in Camera}
+
+
+def set_camera(channel, camera: Camera, aim, distance: float) -> None:
+    """Look at `aim` (3,) from `distance`, both in metres.
+
+    `target` is a property that our `scene.js` hands to the viewer's controls, which no command reaches.
+    """
+    with channel.batch():
+        for name, value in {"fov": _FIELD_OF_VIEW, **camera.place(aim, distance)}.items():
+            put_property(channel, _CAMERA, name, value)
+
+
+def set_light(channel) -> None:
+    """Soft light from above with one lamp that casts shadows, instead of the viewer's own lamps."""
+    lamp = {"color": 0xFFFFFF, "castShadow": False}
+    shadow = {"camera": {"type": "OrthographicCamera", "uuid": "c", "left": -0.5, "right": 0.5, "top": 0.55,
+                         "bottom": -0.45, "near": 0.2, "far": 3.0, "zoom": 1},
+              "mapSize": [1024, 1024], "radius": 3.5, "bias": -0.0006, "normalBias": 0.004}  # fmt: skip
+    lights = Drawing()
+    lights.plain("HemisphereLight", color=0xFFFFFF, groundColor=0xAFABA4, intensity=0.6)
+    lights.plain("DirectionalLight", position=[0.55, -0.75, 1.3], intensity=0.62, shadow=shadow,
+                 **{**lamp, "castShadow": True})  # fmt: skip
+    lights.plain("DirectionalLight", position=[-0.9, 0.6, 0.7], intensity=0.28, **lamp)
+    with channel.batch():
+        for name in ("PointLightNegativeX", "PointLightPositiveX", "AmbientLight", "FillLight"):
+            put_property(channel, f"/Lights/{name}", "visible", False)
+        for name in ("Grid", "Axes"):
+            put_property(channel, f"/{name}", "visible", False)
+        put_object(channel, "/meshcat/lights", lights)
+
+
+def set_ground(channel, height: float, dark: bool, half: float = 500.0, step: float = 50.0) -> None:
+    """A grid of `step` mm at `height` (mm) that fades towards its rim, and the shadow of what stands on it."""
+    background = np.array((56, 63, 72) if dark else (255, 255, 255), float)
+    ink = np.array((112, 121, 132) if dark else (186, 193, 201), float)
+    points, colours = _grid(half, step, background, ink)
+    level = np.full(len(points), height - 0.4)
+    ground = Drawing().lines(np.column_stack((points, level)), colours)
+    ground.mesh({"type": "PlaneGeometry", "width": 1.8e-3 * half, "height": 1.8e-3 * half},
+                {"type": "ShadowMaterial", "color": 0, "opacity": 0.55 if dark else 0.26, "transparent": True},
+                position=[0, 0, 1e-3 * height - 6e-4], receiveShadow=True)  # fmt: skip
+    top, bottom = ((74, 83, 94), (44, 50, 58)) if dark else ((255, 255, 255), (240, 243, 246))
+    with channel.batch():
+        put_object(channel, "/meshcat/ground", ground)
+        for name, colour in (("top_color", top), ("bottom_color", bottom)):
+            put_property(channel, "/Background", name, [c / 255 for c in colour])
+
+
+def _grid(half: float, step: float, background, ink):
+    """Lines of a grid in short pieces: points (2n, 2) and colours (2n, 3) that fade into the background."""
+    ticks = np.arange(-half, half + step / 2, step)
+    along, across = np.meshgrid(np.stack((ticks[:-1], ticks[1:]), axis=1).ravel(), ticks)
+    points = np.stack((along.ravel(), across.ravel()), axis=1)
+    points = np.concatenate((points, points[:, ::-1]))
+    fade = np.clip(1 - np.hypot(*points.T) / half, 0, 1)[:, None] ** 0.6
+    return points, background + fade * (ink - background)
+
+
+def _y_up(point) -> list[float]:
+    x, y, z = (float(v) for v in point)
+    return [x, z, -y]

@@ -1,0 +1,149 @@
+// Runs in the scene's frame, beside the unmodified MeshCat viewer: takes commands, adds a small toolbar.
+// The host page calls `omxScene.apply(commands)`, each command {type, path, bytes}.
+(function () {
+  "use strict";
+  const config = window.OMX_CONFIG || {};
+  const pane = document.getElementById("meshcat-pane");
+  let viewer;
+  try {
+    viewer = new MeshCat.Viewer(pane);
+  } catch (error) {
+    pane.textContent = "This browser offers no WebGL, so the 3-D scene cannot be drawn (" + error.message + ").";
+    pane.style.font = "14px sans-serif";
+    window.omxScene = { apply() {}, capture: () => null };
+    return;
+  }
+
+  // Without a graphics card (virtual machines, remote desktops) soft shadows cost a third of each frame.
+  const gl = viewer.renderer.getContext();
+  const card = gl.getExtension("WEBGL_debug_renderer_info");
+  const drawnBy = card ? String(gl.getParameter(card.UNMASKED_RENDERER_WEBGL)) : "";
+  if (/swiftshader|llvmpipe|software|basic render/i.test(drawnBy)) {
+    viewer.renderer.shadowMap.type = MeshCat.THREE.BasicShadowMap;
+  }
+
+  // Labels carry pictures, which arrive a moment later: by then the label may have been removed again.
+  const wanted = new Set();
+  const setObject = viewer.set_object.bind(viewer);
+  viewer.set_object = (path, object) => {
+    if (wanted.has("/" + path.join("/"))) setObject(path, object);
+  };
+
+  function take({ type, path, bytes }) {
+    if (type === "set_object") wanted.add(path);
+    if (type === "delete") for (const p of wanted) if (p === path || p.startsWith(path + "/")) wanted.delete(p);
+    try {
+      viewer.handle_command_bytearray(bytes);
+    } catch (error) {
+      console.error("omx.display.viewer: " + type + " " + path + " failed:", error); // the rest of the scene still counts
+    }
+    if (viewer.camera.target) aim(viewer.camera.target);
+    if (type === "set_animation") showPlayer();
+  }
+
+  // The viewer's controls turn about a point that no command reaches: it comes as a property of the camera.
+  function aim(target) {
+    viewer.controls.target.fromArray(target);
+    viewer.camera.target = null;
+  }
+
+  function resize() {
+    if (!pane.offsetWidth || !window.innerHeight) return;
+    viewer.camera.zoom = Math.min(1, pane.offsetWidth / window.innerHeight / 1.25);
+    viewer.set_3d_pane_size();
+  }
+  new ResizeObserver(resize).observe(document.documentElement);
+
+  // The wheel scrolls the page until the reader clicks into the scene.
+  window.addEventListener("wheel", (event) => {
+    if (!document.hasFocus() && !event.ctrlKey) event.stopImmediatePropagation();
+  }, { capture: true });
+
+  // ---- toolbar ---------------------------------------------------------------------------------------------
+  const bar = document.createElement("div");
+  bar.id = "omx-bar";
+  document.body.appendChild(bar);
+
+  function button(text, title, action) {
+    const b = document.createElement("button");
+    b.type = "button";
+    b.textContent = text;
+    b.title = title;
+    b.setAttribute("aria-label", title);
+    b.addEventListener("click", action);
+    bar.appendChild(b);
+    return b;
+  }
+
+  function look({ position, target }) {
+    aim(target);
+    viewer.camera.position.fromArray(position);
+    viewer.set_dirty();
+  }
+  for (const [name, camera] of Object.entries(config.cameras || {})) {
+    button(name, "View: " + name, () => look(camera));
+  }
+  const panel = viewer.gui.domElement;
+  panel.style.display = "none";
+  button("\u22ef", "MeshCat's own panel", () => {
+    panel.style.display = panel.style.display ? "" : "none";
+    viewer.gui.open();
+  });
+
+  // ---- animation -------------------------------------------------------------------------------------------
+  const play = button("\u25b6", "Play or pause", () => {
+    const a = viewer.animator;
+    if (a.playing) a.pause(); else a.play();
+    showPlaying();
+  });
+  const time = document.createElement("input");
+  time.type = "range";
+  time.step = "any";
+  time.setAttribute("aria-label", "Time in the animation");
+  time.addEventListener("input", () => {
+    viewer.animator.pause();
+    viewer.animator.seek(Number(time.value));
+    showPlaying();
+  });
+  bar.append(time);
+
+  function showPlayer() {
+    const shown = viewer.animator.actions.length > 0;
+    play.hidden = time.hidden = !shown;
+    time.max = viewer.animator.duration;
+    showPlaying();
+  }
+  function showPlaying() {
+    play.textContent = viewer.animator.playing ? "\u275a\u275a" : "\u25b6";
+    if (viewer.animator.playing) requestAnimationFrame(followTime);
+  }
+  function followTime() {
+    time.value = viewer.animator.time;
+    showPlaying();
+  }
+  showPlayer();
+  resize();
+
+  window.omxScene = {
+    viewer,
+    apply(commands) { for (const c of commands) take(c); },
+    capture() { return viewer.capture_image(); },
+  };
+
+  // ---- in a page without a kernel, the page around the frame speaks to it ------------------------------------
+  const said = {
+    transforms({ nodes, visible }) {
+      if (viewer.animator.playing) play.click();
+      const words = (path) => path.split("/").filter(Boolean);
+      for (const [path, matrix] of Object.entries(nodes)) viewer.set_transform(words(path), matrix);
+      for (const [path, shown] of Object.entries(visible || {})) viewer.set_property(words(path), "visible", shown);
+      viewer.set_dirty();
+    },
+    play() { if (!viewer.animator.playing) play.click(); },
+    pause() { if (viewer.animator.playing) play.click(); },
+    capture() { window.parent.postMessage({ omx: "captured", url: viewer.capture_image() }, "*"); },
+  };
+  window.addEventListener("message", ({ data, source }) => {
+    if (source === window.parent && source !== window && Object.hasOwn(said, data?.omx)) said[data.omx](data);
+  });
+})();

@@ -1,0 +1,191 @@
+"""`Scene`: an empty stage with a camera that shows itself in a notebook or as HTML, and marks put into it."""
+
+import os
+
+import numpy as np
+
+from ...errors import BadInput
+from . import annotations, environment, html_export
+from .channel import Channel
+from .commands import delete
+from .environment import Camera
+from .linkage import column_major
+from .moving_parts import put_object, put_transform
+from .threejs import Drawing
+
+#: Set to `static` or `shared`, scenes show themselves as HTML instead of a live widget: see `Scene.static_html`.
+MODE = "OMX_VIEW"
+
+
+class Scene:
+    """A stage with ground, light and camera; `aim` (3,) is what the camera looks at, from `distance`, both in m."""
+
+    def __init__(self, *, height: int, dark: bool, camera: Camera, aim, distance: float, floor: float = 0.0):
+        self.channel = Channel()
+        self.height = int(height)
+        self._aim, self._floor = (aim, distance), floor
+        self._mark = 52.0 * max(0.5, distance)
+        self._config = {"cameras": environment.presets(aim, distance)}
+        self._widget = None
+        self._notes: set[str] = set()
+        with self.channel.batch():
+            environment.set_light(self.channel)
+            self.dark, self.camera = dark, camera
+
+    # -- how it is seen -----------------------------------------------------------------------------------
+
+    @property
+    def camera(self) -> Camera:
+        """From where the scene is seen; set it to move the camera. The reader may turn it by mouse at any time."""
+        return self._camera
+
+    @camera.setter
+    def camera(self, camera: Camera) -> None:
+        self._camera = Camera(camera)
+        environment.set_camera(self.channel, self._camera, *self._aim)
+
+    @property
+    def dark(self) -> bool:
+        """Dark background, for dark themes and dark slides."""
+        return self._dark
+
+    @dark.setter
+    def dark(self, dark: bool) -> None:
+        self._dark = bool(dark)
+        self._set_ground(self.channel, self._dark)
+
+    def _set_ground(self, channel: Channel, dark: bool) -> None:
+        half = 500.0 * max(0.4, self._aim[1])
+        environment.set_ground(channel, self._floor, dark, half, half / 10)
+
+    def _night(self) -> dict[tuple, bytes]:
+        """The commands that make the stage dark, for a page that follows its reader's theme; none if it is dark."""
+        night = Channel()
+        if not self._dark:
+            self._set_ground(night, True)
+        return night.log
+
+    # -- marks --------------------------------------------------------------------------------------------
+
+    def arrow(self, name: str, start, direction, *, label=None, colour="#1b1f24", radius: float = 1.6) -> None:
+        """An arrow from `start` (3,) along `direction` (3,), as long as that is, mm."""
+        start, direction = _vector("start", start), _vector("direction", direction)
+        self._note(name, annotations.arrow(start, start + direction, colour, label, radius))
+
+    def arc(self, name: str, centre, start, end, *, label=None, colour="#1b1f24") -> None:
+        """An angle about `centre` (3,), from direction `start` (whose length is its radius, mm) to direction `end`."""
+        centre, start, end = _vector("centre", centre), _vector("start", start), _vector("end", end)
+        self._note(name, annotations.arc(centre, start, end, colour, label))
+
+    def plane(self, name: str, T, *, size: float = 160.0, colour="#0072b2", opacity: float = 0.15) -> None:
+        """A translucent square, `size` mm wide: the x-y plane of the frame `T` (4, 4)."""
+        self._note(name, annotations.plane(size, colour, opacity), T)
+
+    def triad(self, name: str, T, *, index: int | None = None, size: float | None = None) -> None:
+        """A frame `T` (4, 4) of your own; with `index` its axes are labelled x_index, y_index, z_index."""
+        self._note(name, annotations.triad(index, size or self._mark), T)
+
+    def label(self, name: str, text: str, at, *, colour="#1b1f24") -> None:
+        """Words at the point `at` (3,) mm that always face the reader; `q_1` sets a subscript."""
+        self._note(name, Drawing().label(text, _vector("at", at), colour))
+
+    def path(self, points, *, name: str = "path", colour="#d55e00", radius: float = 1.2) -> None:
+        """A line through `points` (N, 3) mm; a path of the same name is replaced."""
+        points = np.asarray(points, float)
+        if points.ndim != 2 or points.shape[1] != 3 or len(points) < 2 or not np.isfinite(points).all():
+            raise BadInput(f"`points` must be finite, shape (N, 3) with N >= 2, in mm; got shape {points.shape}.")
+        self._note(name, annotations.polyline(points, colour, radius))
+
+    def target(self, pose) -> None:
+        """Mark a target: [x, y, z, pitch] (mm, rad), or a pose (4, 4); None removes it."""
+        if pose is None:
+            return self.remove("target")
+        matrix = _pose_matrix(pose)
+        if "target" in self._notes:
+            return put_transform(self.channel, "/meshcat/notes/target", column_major(matrix))
+        return self._note("target", annotations.target(0.75 * self._mark), matrix)
+
+    def remove(self, name: str) -> None:
+        """Remove a mark or a path by its name; nothing happens if there is none."""
+        self._notes.discard(name)
+        self.channel.put("delete", f"/meshcat/notes/{name}", delete(f"/meshcat/notes/{name}"))
+
+    # -- output -------------------------------------------------------------------------------------------
+
+    @property
+    def vis(self):
+        """The real `meshcat.Visualizer` of this scene (its lengths are metres, its root is `/meshcat`)."""
+        from meshcat import Visualizer
+
+        return Visualizer(window=self.channel)
+
+    @property
+    def widget(self):
+        """The widget behind the output cell, to be put into boxes beside others."""
+        if self._widget is None:
+            from .widget import SceneWidget
+
+            config = {**self._config, "shell": html_export.shell(self._config)}
+            self._widget = SceneWidget(self.channel, height=self.height, title=repr(self), config=config)
+        return self._widget
+
+    def static_html(self, *, height: int | None = None, shared: bool = False) -> str:
+        """The scene as HTML without a kernel: sandboxed, fetching nothing, animated if an animation is set.
+
+        `shared=True` gives a placeholder of a few kB instead, for pages that load the script of
+        `write_site_script` once; there the stage is dark where the page's theme is.
+        """
+        height = height or self.height
+        if not shared:
+            return html_export.frame(self.channel, self._config, height, repr(self))
+        return html_export.placeholder(self.channel, self._config, height, repr(self), self._night())
+
+    def __repr__(self) -> str:
+        return "3-D scene"
+
+    def _repr_mimebundle_(self, include=None, exclude=None) -> dict:
+        return mimebundle(self, self)
+
+    def _note(self, name: str, drawing: Drawing, matrix=None) -> None:
+        if not name or "/" in name:
+            raise BadInput(f"`name` must be a word without '/'; got {name!r}.")
+        placed = None if matrix is None else column_major(_matrix(matrix))
+        self._notes.add(name)
+        with self.channel.batch():
+            put_object(self.channel, f"/meshcat/notes/{name}", drawing)
+            if placed is not None:
+                put_transform(self.channel, f"/meshcat/notes/{name}", placed)
+
+
+def mimebundle(scene: Scene, shown) -> dict:
+    """What a cell shows for `shown`, a scene or a panel around one: a live widget, or HTML where `OMX_VIEW` asks."""
+    mode = os.environ.get(MODE, "")
+    if mode in ("static", "shared"):
+        return {"text/plain": repr(shown), "text/html": shown.static_html(shared=mode == "shared")}
+    model = scene.widget if shown is scene else shown
+    view = {"version_major": 2, "version_minor": 0, "model_id": model.model_id}
+    return {"text/plain": repr(shown), "application/vnd.jupyter.widget-view+json": view}
+
+
+def _vector(name: str, value):
+    vector = np.asarray(value, float)
+    if vector.shape != (3,) or not np.isfinite(vector).all():
+        raise BadInput(f"`{name}` must be three finite numbers, shape (3,); got {value!r}.")
+    return vector
+
+
+def _matrix(value):
+    matrix = np.asarray(value, float)
+    if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
+        raise BadInput(f"a pose must be a finite array of shape (4, 4), in mm; got shape {matrix.shape}.")
+    return matrix
+
+
+def _pose_matrix(pose):
+    """T_base_target of [x, y, z, pitch]: the tool lies in the vertical plane through the base axis."""
+    if np.shape(pose) != (4,):
+        return _matrix(pose)
+    x, y, z, pitch = (float(v) for v in pose)
+    yaw = np.arctan2(y, x)
+    c, s, cp, sp = np.cos(yaw), np.sin(yaw), np.cos(pitch), np.sin(pitch)
+    return _matrix([[c * cp, c * sp, -s, x], [s * cp, s * sp, c, y], [sp, -cp, 0, z], [0, 0, 0, 1]])

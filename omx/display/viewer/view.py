@@ -1,0 +1,254 @@
+"""`View`: the arm, or any chain, in a scene that moves when its joint values are set."""
+
+import math
+
+import numpy as np
+
+from ...arm import HOME
+from ...errors import BadInput
+from ...geometry import COURSE
+from ...kinematics import pose as tool_pose
+from . import animation, annotations, skeleton
+from .arm_drawings import arm_drawings, finger_drawings, ghost_drawings
+from .commands import delete
+from .environment import Camera
+from .linkage import Linkage
+from .moving_parts import Figure, put_object, put_transform
+from .scene import Scene
+from .trail import Trail
+
+_FPS = 30
+_SECTION = "/meshcat/section"
+
+
+class View(Scene):
+    """The OpenMANIPULATOR-X at the joint values `q` (rad); the last expression of a cell shows it.
+
+    `geometry` gives the lengths, `height` the pane's height in pixels, `camera` where it is seen from.
+    Set `view.q` and the arm moves, in every output cell and browser tab that shows this view. All lengths
+    in mm, all angles in rad.
+    """
+
+    def __init__(self, q=HOME, *, geometry=COURSE, height=420, dark=False, camera=Camera.ISO, plate=True):
+        self.geometry = geometry
+        floor = -8.0 if plate else 0.0
+        super().__init__(height=height, dark=dark, camera=camera, aim=(0.075, 0.0, 0.15), distance=1.1, floor=floor)
+        with self.channel.batch():
+            self._show(geometry.chain, "OpenMANIPULATOR-X", arm_drawings(geometry, plate), q)
+            for name, drawing in finger_drawings(geometry).items():
+                put_object(self.channel, f"/meshcat/arm/4/{name}", drawing)
+
+    @classmethod
+    def of_chain(cls, chain, q=None, *, height=420, dark=False, camera=Camera.ISO) -> "View":
+        """A view of any `omx.Chain`, drawn from its DH table alone; `q` has one value a joint (zeros if left out)."""
+        view = cls.__new__(cls)
+        view.geometry = None
+        size = skeleton.reach(chain)
+        aim, distance = (0.0, 0.0, 0.25e-3 * size), 3.4e-3 * size
+        Scene.__init__(view, height=height, dark=dark, camera=camera, aim=aim, distance=distance)
+        drawings = skeleton.drawings(chain, skeleton.SCALE * size)
+        view._show(chain, chain.name, drawings, [0.0] * len(chain) if q is None else q)
+        return view
+
+    def _show(self, chain, name: str, drawings, q) -> None:
+        self.chain, self.name = chain, name
+        self._linkage = Linkage(chain)
+        self._triads = self._trail = None
+        self._ghosts: list[Figure] = []
+        self._ghost_labels: tuple = ()
+        self._section = self._animated = False
+        self._opacity, self._gripper = 1.0, 0.0
+        with self.channel.batch():
+            self._figure = Figure(self.channel, "/meshcat/arm", drawings)
+            self.q = q
+
+    # -- the pose -----------------------------------------------------------------------------------------
+
+    @property
+    def q(self) -> tuple[float, ...]:
+        """The joint values shown, rad (mm where prismatic). Set them to move the arm; the newest always wins."""
+        return self._q
+
+    @q.setter
+    def q(self, value) -> None:
+        q = self.check(value)
+        with self.channel.batch():
+            self._stop()
+            self._q = q
+            frames = self._linkage.frames(q)
+            self._figure.pose(frames)
+            if self._triads is not None:
+                self._triads.pose(frames)
+            if self._section:
+                put_transform(self.channel, _SECTION, _upright(q[0]))
+            if self._trail is not None:
+                self._trail.add([1e3 * v for v in frames[-1][12:15]])
+
+    @property
+    def opacity(self) -> float:
+        """1 is a solid arm; less lets the frames inside it show."""
+        return self._opacity
+
+    @opacity.setter
+    def opacity(self, value: float) -> None:
+        self._opacity = float(value)
+        self._figure.fade(self._opacity)
+
+    @property
+    def gripper(self) -> float:
+        """Travel of each finger, mm, -10 (closed) to 19 (open); the pads are 42 + 2 x apart."""
+        return self._gripper
+
+    @gripper.setter
+    def gripper(self, travel: float) -> None:
+        self._gripper = float(travel)
+        with self.channel.batch():
+            for name, side in (("left", 1e-3), ("right", -1e-3)):
+                shift = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, side * travel, 1.0)
+                put_transform(self.channel, f"/meshcat/arm/4/{name}", shift)
+
+    # -- what is drawn about the pose ---------------------------------------------------------------------
+
+    def frames(self, *joints: int) -> None:
+        """Show labelled axes of frames 0 (base) to n (tool); `frames()` hides them all."""
+        for joint in joints:
+            if joint not in range(len(self.chain) + 1):
+                raise BadInput(f"`joints` must be frames 0 to {len(self.chain)}; got {joint!r}.")
+        with self.channel.batch():
+            if self._triads is not None:
+                self._triads.remove()
+            self._triads = None
+            if joints:
+                drawings = {i: annotations.triad(i, self._mark) for i in joints}
+                self._triads = Figure(self.channel, "/meshcat/frames", drawings)
+                self._triads.pose(self._linkage.frames(self._q))
+
+    def ghosts(self, qs, labels=None, colours=annotations.PALETTE) -> None:
+        """Translucent arms at each of `qs`, for other IK branches or a goal; `[]` removes them.
+
+        None and branches out of reach are skipped, so `view.ghosts(omx.ik(pose))` does. `labels`: words shown at
+        each ghost's tool.
+        """
+        qs = [None if getattr(q, "q", q) is None else self.check(q) for q in qs]
+        labels = tuple(labels or ())
+        with self.channel.batch():
+            if not qs or labels != self._ghost_labels:
+                self._ghosts, self._ghost_labels = [], labels
+                self.channel.put("delete", "/meshcat/ghosts", delete("/meshcat/ghosts"))
+            for k in range(len(self._ghosts), len(qs)):
+                self._ghosts.append(self._ghost(k, colours[k % len(colours)]))
+            for k, ghost in enumerate(self._ghosts):
+                q = qs[k] if k < len(qs) else None
+                ghost.show(q is not None)
+                if q is not None:
+                    ghost.pose(self._linkage.frames(q))
+
+    def trail(self, on: bool = True) -> None:
+        """Draw the tool's way from now on, or stop drawing (what is drawn stays: `clear_trail` removes it)."""
+        self._trail = (self._trail or Trail(self.channel)) if on else None
+        if on:
+            self.q = self._q
+
+    def clear_trail(self) -> None:
+        """Remove the trail; if it is on, it starts again from here."""
+        Trail(self.channel).clear()
+        if self._trail is not None:
+            self._trail = Trail(self.channel)
+            self.q = self._q
+
+    def section(self, *regions, colours=annotations.PALETTE, opacity: float = 0.22) -> None:
+        """Fill plane figures in the arm's (r, z) plane, mm; they turn with joint 1. `section()` removes them.
+
+        Each region is an outline (N, 2), or a pair (outline, list of holes).
+        """
+        self._section = bool(regions)
+        with self.channel.batch():
+            self.channel.put("delete", _SECTION, delete(_SECTION))
+            if regions:
+                colours = [colours[k % len(colours)] for k in range(len(regions))]
+                put_object(self.channel, _SECTION, annotations.regions(regions, colours, opacity))
+                put_transform(self.channel, _SECTION, _upright(self._q[0]))
+
+    def draw_chain(self, chain, q, *, name: str = "chain", colour=None) -> None:
+        """Draw any `omx.Chain` at `q` into this scene, from its DH table alone; the same name moves or replaces it."""
+        scale = skeleton.SCALE * skeleton.reach(chain)
+        figure = Figure(self.channel, f"/meshcat/notes/{name}", skeleton.drawings(chain, scale, colour))
+        figure.pose(Linkage(chain).frames([float(v) for v in q]))
+        self._notes.add(name)
+
+    def clear(self) -> None:
+        """Remove all that was added: frames, ghosts, target, trail, paths, section and marks."""
+        with self.channel.batch():
+            self.frames()
+            self.ghosts([])
+            self.section()
+            self.trail(False)
+            self.clear_trail()
+            for name in list(self._notes):
+                self.remove(name)
+
+    def animate(self, qs, seconds: float = 4.0, loop: bool = True) -> None:
+        """Play the joint values `qs` (N, n), evenly spread over `seconds`; it plays on without Python.
+
+        Between the rows the joints are interpolated. Setting `q` ends the animation; until then `q` is its first row.
+        """
+        rows = [self.check(q) for q in qs]
+        if len(rows) < 2:
+            raise BadInput(f"`qs` must have at least two rows to move between; got {len(rows)}.")
+        times = np.linspace(0, len(rows) - 1, max(len(rows), math.ceil(seconds * _FPS) + 1))
+        joints = np.column_stack([np.interp(times, range(len(rows)), column) for column in zip(*rows, strict=True)])
+        poses = [self._linkage.frames(q) for q in joints.tolist()]
+        figures = [figure for figure in (self._figure, self._triads) if figure is not None]
+        tracks = {path: [pose[i] for pose in poses] for figure in figures for i, path in figure.nodes}
+        if self._section:
+            tracks[_SECTION] = [_upright(q1) for q1 in joints[:, 0]]
+        with self.channel.batch():
+            self.q = rows[0]
+            self.channel.put("set_animation", "", animation.pack(tracks, seconds, loop))
+            self._animated = True
+
+    # -- inside -------------------------------------------------------------------------------------------
+
+    def __repr__(self) -> str:
+        if self.geometry is None:
+            values = (f"{_tidy(v)} mm" if row.prismatic else f"{_tidy(math.degrees(v))} deg"
+                      for v, row in zip(self._q, self.chain.rows, strict=True))  # fmt: skip
+            x, y, z = (_tidy(1e3 * v) for v in self._linkage.frames(self._q)[-1][12:15])
+            return f"{self.name} at ({', '.join(values)}), tool at x = {x}, y = {y}, z = {z} mm"
+        angles = ", ".join(_tidy(math.degrees(v)) for v in self._q)
+        *position, pitch = tool_pose(self._q, self.geometry)
+        x, y, z = map(_tidy, position)
+        tool = f"tool at x = {x}, y = {y}, z = {z} mm, pitch = {_tidy(math.degrees(pitch))} deg"
+        return f"{self.name} at q = ({angles}) deg, {tool}"
+
+    def check(self, q) -> tuple[float, ...]:
+        try:
+            values = tuple(map(float, q))
+        except (TypeError, ValueError):
+            values = ()
+        if len(values) != len(self.chain) or not all(map(math.isfinite, values)):
+            wanted = f"{len(self.chain)} finite joint values in rad (mm where prismatic)"
+            raise BadInput(f"`q` must be {wanted}; got {q!r}.")
+        return values
+
+    def _ghost(self, k: int, colour) -> Figure:
+        drawings = ghost_drawings(self.geometry, self.chain, annotations.rgb(colour))
+        if k < len(self._ghost_labels) and self._ghost_labels[k]:
+            drawings[len(self.chain)].label(self._ghost_labels[k], (0, -0.5 * self._mark, 0), colour)
+        return Figure(self.channel, f"/meshcat/ghosts/{k}", drawings)
+
+    def _stop(self) -> None:
+        if self._animated:
+            self._animated = False
+            self.channel.put("set_animation", "", animation.nothing())
+
+
+def _tidy(value: float) -> str:
+    """One decimal, and no minus before a zero."""
+    return f"{round(value, 1) + 0.0:.1f}"
+
+
+def _upright(q1: float) -> tuple[float, ...]:
+    """The (r, z) plane of an arm whose first joint is at `q1`: the node's x points outwards, its y up."""
+    c, s = math.cos(q1), math.sin(q1)
+    return (c, s, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, s, -c, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)

@@ -1,0 +1,70 @@
+"""The time a port lives in: a wall clock for the real arm; real, scaled or stepped time for the virtual one."""
+
+import math
+import threading
+import time
+from collections.abc import Iterator
+
+from ..errors import BadInput
+
+
+class Clock:
+    """Seconds since the clock was made, `scale` times as fast as the wall clock."""
+
+    def __init__(self, scale: float = 1.0):
+        if not scale > 0:
+            raise BadInput(f"A clock's scale must be positive (1 = real time, 10 = ten times as fast); got {scale!r}.")
+        self.scale = scale
+        self._start = time.perf_counter()
+
+    def now(self) -> float:
+        """Seconds since this clock was made; never goes back."""
+        return (time.perf_counter() - self._start) * self.scale
+
+    def sleep(self, seconds: float):
+        """Wait until `seconds` of this clock have passed."""
+        if seconds > 0:
+            time.sleep(seconds / self.scale)
+
+
+class SteppedClock:
+    """A clock that moves only when someone sleeps on it: the same run gives the same times, at any speed."""
+
+    def __init__(self):
+        self._slept = 0.0
+        self._running: Clock | None = None
+        self._lock = threading.Lock()
+
+    def run(self) -> None:
+        """From now on go with the wall clock: somebody is watching."""
+        with self._lock:
+            self._running = self._running or Clock()
+
+    def now(self) -> float:
+        """Seconds slept so far, and those since `run`."""
+        return self._slept + (self._running.now() if self._running else 0.0)
+
+    def sleep(self, seconds: float):
+        """Move the clock on by `seconds` at once; after `run`, wait for them."""
+        if self._running:
+            self._running.sleep(seconds)
+        elif seconds > 0:
+            with self._lock:
+                self._slept += seconds
+
+
+def ticks(seconds: float, rate: float, clock: Clock | None = None) -> Iterator[float]:
+    """The moments (s since the start) of a fixed-rate loop: `for t in ticks(10, rate=50): ...`.
+
+    Waits for each moment without drift: a slow turn of the loop does not shift those after it. Moments that have
+    already passed come at once, so that no sample is left out. `clock` (wall time if left out) has `now` and `sleep`.
+    """
+    clock = clock or Clock()
+    if not (math.isfinite(seconds) and seconds >= 0 and math.isfinite(rate) and rate > 0):
+        raise BadInput(f"`seconds` must be 0 or more and `rate` positive; got {seconds} and {rate}.")
+    start = clock.now()
+    for i in range(math.floor(seconds * rate + 1e-9) + 1):
+        wait = start + i / rate - clock.now()
+        if wait > 0:
+            clock.sleep(wait)
+        yield clock.now() - start

@@ -1,0 +1,12 @@
+"""The doctor: why does the arm not answer, or not do what it should? It looks and tells; it never writes or moves.
+
+from . import doctor
+doctor()                    # the first port with an arm; without one, the software alone
+doctor("/dev/ttyUSB0")      # or a Bus, a Port, or a Robot that is open
+"""
+
+from .examination import doctor
+from .explanations import explain
+from .report import Finding, Report
+
+__all__ = ["Finding", "Report", "doctor", "explain"]

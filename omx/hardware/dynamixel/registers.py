@@ -1,0 +1,215 @@
+"""The control table of the XM430-W350 as rows of data, from the maker's e-manual.
+
+A servo is a table of numbers: reading and writing its addresses is all there is. The bus and the virtual
+servo use the same rows. Values here are raw integers; `units.py` turns them into rad, mA, V and s.
+"""
+
+from difflib import get_close_matches
+from itertools import pairwise
+from operator import index
+from typing import NamedTuple
+
+from ...errors import BadInput
+
+#: First address of the RAM area. Below it is EEPROM: it survives power-off and is locked while torque is on.
+RAM = 64
+
+
+class Register(NamedTuple):
+    """One row: where a value lives and what it may be.
+
+    `default`, `low` and `high` are raw integers; `unit` is a key of `units.UNITS`.
+    """
+
+    address: int
+    size: int
+    name: str
+    access: str
+    default: int
+    low: int
+    high: int
+    unit: str = ""
+    note: str = ""
+
+    @property
+    def writable(self) -> bool:
+        return self.access == "RW"
+
+    @property
+    def signed(self) -> bool:
+        return self.low < 0
+
+    @property
+    def eeprom(self) -> bool:
+        return self.address < RAM
+
+    @property
+    def end(self) -> int:
+        """The first address after this register."""
+        return self.address + self.size
+
+    def decode(self, data: bytes) -> int:
+        """The integer in `data` (little-endian, two's complement where negative values exist)."""
+        return int.from_bytes(data, "little", signed=self.signed)
+
+    def encode(self, value: int) -> bytes:
+        """`value` as bytes for the wire; `BadInput` if it is no integer or outside `low` .. `high`."""
+        try:
+            number = index(value)
+        except TypeError:
+            raise BadInput(f"{self.name} takes a whole raw number; got {value!r}. See units.py.") from None
+        if not self.low <= number <= self.high:
+            nearest = min(max(number, self.low), self.high)
+            span = f"{self.low} .. {self.high}"
+            raise BadInput(f"{self.name} takes {span}; got {number}. The nearest legal value is {nearest}.")
+        return number.to_bytes(self.size, "little", signed=self.signed)
+
+
+_TURNS = 1_048_575  # 256 turns less one tick, either way
+_INT16, _INT32 = 2**15 - 1, 2**31 - 1
+
+#   address, size, name, access, default, low, high, unit, note
+_ROWS = [
+    (0, 2, "model_number", "R", 1020, 0, 65535, "", "1020 = XM430-W350"),
+    (2, 4, "model_information", "R", 0, 0, 2**32 - 1),
+    (6, 1, "firmware_version", "R", 45, 0, 255, "", "38 watchdog, 42 time-based profile, 45 fast reads"),
+    (7, 1, "id", "RW", 1, 0, 252),
+    (8, 1, "baud_rate", "RW", 1, 0, 7, "", "0 9600, 1 57600, 2 115200, 3 1M, 4 2M, 5 3M, 6 4M, 7 4.5M"),
+    (9, 1, "return_delay_time", "RW", 250, 0, 254, "delay"),
+    (10, 1, "drive_mode", "RW", 0, 0, 13, "", "1 reverse, 4 time-based profile, 8 torque on by goal"),
+    (11, 1, "operating_mode", "RW", 3, 0, 16, "", "changing it zeroes the profile and resets the gains"),
+    (12, 1, "secondary_id", "RW", 255, 0, 255, "", "a second id to listen to; above 252 = none"),
+    (13, 1, "protocol_type", "RW", 2, 1, 2),
+    (20, 4, "homing_offset", "RW", 0, -1_044_479, 1_044_479, "angle", "added to the position"),
+    (24, 4, "moving_threshold", "RW", 10, 0, 1023, "velocity"),
+    (31, 1, "temperature_limit", "RW", 80, 0, 100, "temperature"),
+    (32, 2, "max_voltage_limit", "RW", 160, 95, 160, "voltage"),
+    (34, 2, "min_voltage_limit", "RW", 95, 95, 160, "voltage"),
+    (36, 2, "pwm_limit", "RW", 885, 0, 885, "pwm"),
+    (38, 2, "current_limit", "RW", 1193, 0, 1193, "current"),
+    (44, 4, "velocity_limit", "RW", 200, 0, 1023, "velocity"),
+    (48, 4, "max_position_limit", "RW", 4095, 0, 4095, "position", "in position mode only"),
+    (52, 4, "min_position_limit", "RW", 0, 0, 4095, "position", "in position mode only"),
+    (60, 1, "startup_configuration", "RW", 0, 0, 3, "", "1 torque on, 2 restore the RAM at power-on"),
+    (63, 1, "shutdown", "RW", 52, 0, 63, "", "which hardware errors switch the torque off"),
+    (64, 1, "torque_enable", "RW", 0, 0, 1, "", "refused after a shutdown, until a reboot"),
+    (65, 1, "led", "RW", 0, 0, 1),
+    (68, 1, "status_return_level", "RW", 2, 0, 2, "", "0 ping, 1 and reads, 2 everything is answered"),
+    (69, 1, "registered_instruction", "R", 0, 0, 1),
+    (70, 1, "hardware_error", "R", 0, 0, 255, "", "cleared by a reboot only"),
+    (76, 2, "velocity_i_gain", "RW", 1920, 0, 16383),
+    (78, 2, "velocity_p_gain", "RW", 100, 0, 16383),
+    (80, 2, "position_d_gain", "RW", 0, 0, 16383),
+    (82, 2, "position_i_gain", "RW", 0, 0, 16383),
+    (84, 2, "position_p_gain", "RW", 800, 0, 16383),
+    (88, 2, "feedforward_2nd_gain", "RW", 0, 0, 16383),
+    (90, 2, "feedforward_1st_gain", "RW", 0, 0, 16383),
+    (98, 1, "bus_watchdog", "RW", 0, 0, 127, "watchdog", "reads 255 after it has tripped; write 0 to clear"),
+    (100, 2, "goal_pwm", "RW", 885, -885, 885, "pwm"),
+    (102, 2, "goal_current", "RW", 1193, -1193, 1193, "current"),
+    (104, 4, "goal_velocity", "RW", 0, -1023, 1023, "velocity"),
+    (108, 4, "profile_acceleration", "RW", 0, 0, 32767, "acceleration", "ms in time mode; 0 = infinite"),
+    (112, 4, "profile_velocity", "RW", 0, 0, 32767, "velocity", "total ms in time mode; 0 = maximum speed"),
+    (116, 4, "goal_position", "RW", 2048, -_TURNS, _TURNS, "position"),
+    (120, 2, "realtime_tick", "R", 0, 0, 32767, "milliseconds"),
+    (122, 1, "moving", "R", 0, 0, 1),
+    (123, 1, "moving_status", "R", 0, 0, 255, "", "1 arrived, 2 profile running, 8 following error"),
+    (124, 2, "present_pwm", "R", 0, -_INT16, _INT16, "pwm"),
+    (126, 2, "present_current", "R", 0, -_INT16, _INT16, "current"),
+    (128, 4, "present_velocity", "R", 0, -_INT32, _INT32, "velocity"),
+    (132, 4, "present_position", "R", 2048, -_INT32, _INT32, "position"),
+    (136, 4, "velocity_trajectory", "R", 0, -_INT32, _INT32, "velocity", "the servo's own set-point"),
+    (140, 4, "position_trajectory", "R", 2048, -_INT32, _INT32, "position", "the servo's own set-point"),
+    (144, 2, "present_voltage", "R", 120, 0, 65535, "voltage"),
+    (146, 1, "present_temperature", "R", 25, 0, 255, "temperature"),
+    (147, 1, "backup_ready", "R", 0, 0, 1),
+]
+# Each indirect address points at one byte; indirect data n *is* the byte that indirect address n points at.
+_INDIRECT = [
+    (first_address + 2 * i, 2, f"indirect_address_{n + i}", "RW", first_data + i, RAM, 661)
+    for first_address, first_data, n in ((168, 224, 1), (578, 634, 29))
+    for i in range(28)
+] + [
+    (first_data + i, 1, f"indirect_data_{n + i}", "RW", 0, 0, 255)
+    for first_data, n in ((224, 1), (634, 29))
+    for i in range(28)
+]
+
+#: Every register by name, in the order of its address.
+REGISTERS = {row.name: row for row in sorted(Register(*row) for row in _ROWS + _INDIRECT)}
+#: One past the last address.
+TABLE_SIZE = max(row.end for row in REGISTERS.values())
+_AT = {address: row for row in REGISTERS.values() for address in range(row.address, row.end)}
+
+#: Baud rate by the code in register 8.
+BAUDS = (9600, 57600, 115200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000)
+#: What operating mode (register 11) each number is.
+MODES = {"current": 0, "velocity": 1, "position": 3, "extended": 4, "current_position": 5, "pwm": 16}
+DRIVE_REVERSE, DRIVE_TIME_BASED, DRIVE_TORQUE_BY_GOAL = 1, 4, 8
+WATCHDOG_TRIPPED = 255
+#: Bits of hardware_error (register 70) and of the shutdown mask (register 63).
+HARDWARE_ERRORS = {
+    0x01: "input voltage out of range",
+    0x04: "overheated",
+    0x08: "encoder fault",
+    0x10: "electrical shock or too little power",
+    0x20: "overload",
+}
+
+
+def register(name: str) -> Register:
+    """The row called `name`; `BadInput` with the closest names if there is none."""
+    if isinstance(name, Register):
+        return name
+    try:
+        return REGISTERS[name]
+    except (KeyError, TypeError):
+        close = get_close_matches(str(name), REGISTERS, n=3) or ["present_position", "goal_position"]
+        raise BadInput(f"The servo has no register {name!r}. Did you mean {', '.join(close)}?") from None
+
+
+def at(address: int) -> Register | None:
+    """The register that holds the byte at `address`, or None in a gap of the table."""
+    return _AT.get(address)
+
+
+def within(address: int, length: int) -> list[Register]:
+    """The registers that lie whole inside `length` bytes from `address`."""
+    rows = dict.fromkeys(row for a in range(address, address + length) if (row := _AT.get(a)))
+    return [row for row in rows if row.address >= address and row.end <= address + length]
+
+
+class Block(NamedTuple):
+    """Neighbouring registers read in one piece."""
+
+    registers: tuple[Register, ...]
+
+    @property
+    def address(self) -> int:
+        return self.registers[0].address
+
+    @property
+    def size(self) -> int:
+        return self.registers[-1].end - self.address
+
+    def decode(self, data: bytes) -> tuple[int, ...]:
+        """One integer a register, from the `size` bytes of the block."""
+        start = self.address
+        return tuple(row.decode(data[row.address - start : row.end - start]) for row in self.registers)
+
+
+def block(*names: str) -> Block:
+    """The block of these registers, in the order of their addresses; `BadInput` if there is a gap."""
+    rows = tuple(sorted(register(name) for name in names))
+    if not rows or any(a.end != b.address for a, b in pairwise(rows)):
+        raise BadInput(f"A block is neighbouring registers without a gap; got {', '.join(names) or 'none'}.")
+    return Block(rows)
+
+
+#: What one look at a servo is: bytes 126 .. 135, present current, velocity and position.
+PRESENT = block("present_current", "present_velocity", "present_position")
+
+
+def hardware_errors(bits: int) -> list[str]:
+    """In words what the bits of register 70 say."""
+    return [text for bit, text in HARDWARE_ERRORS.items() if bits & bit]

@@ -1,0 +1,19 @@
+"""The arm itself, virtual or real, through one class: `Robot()` needs no hardware, `Robot("auto")` finds yours."""
+
+from ...errors import NotReady, ServoLost, ServoRestarted, Stalled, Stopped, TorqueOff
+from .discovery import find_ports
+from .driver import Driver, Reading
+from .robot import Robot
+
+__all__ = [
+    "Driver",
+    "NotReady",
+    "Reading",
+    "Robot",
+    "ServoLost",
+    "ServoRestarted",
+    "Stalled",
+    "Stopped",
+    "TorqueOff",
+    "find_ports",
+]

@@ -1,0 +1,279 @@
+"""`Robot`: the arm in the course's words, degrees and millimetres, virtual or real."""
+
+import contextlib
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from ...arm import CLOSED_DEG, HOME, OPEN_DEG
+from ...dh import Chain, DHRow
+from ...errors import BadInput, OmxError
+from ...geometry import COURSE, Geometry
+from ...kinematics import fk, frames, ik, jacobian, pose, solve_ik
+from ..clock import SteppedClock, ticks
+from ..dynamixel.bus import Bus
+from ..log import Log, Recorder
+from ..safety import Guard
+from ..simulator import VirtualArm, VirtualPort
+from . import shutdown, streaming
+from .discovery import open_bus
+from .driver import Driver, Reading
+
+#: Columns of `log`, with units.
+COLUMNS = {
+    "t": "s",
+    **{f"q{i}": "deg" for i in range(1, 5)},
+    **{f"v{i}": "deg/s" for i in range(1, 5)},
+    **{f"i{i}": "mA" for i in range(1, 5)},
+    "x": "mm", "y": "mm", "z": "mm", "pitch": "deg",
+}  # fmt: skip
+
+
+class Robot:
+    """The OpenMANIPULATOR-X. Angles in degrees, lengths in mm.
+
+    `Robot()` is a virtual arm with the same servos, the same bytes and the same SDK as the real one. `Robot("auto")`
+    looks for yours; `Robot("/dev/ttyUSB0")`, `Robot("COM5")` name its port. Nothing moves, and no torque is switched
+    on, until you call something that says so. Use it in a `with` block: at its end, and after an error, the arm holds,
+    parks, and only then lets go.
+
+    `guard`: limits, table and speed cap. `clock`: time of the virtual arm. Left out, it moves only when
+    somebody waits for it, and in real time once a `RobotPanel` looks on; `Clock(10)` is ten times as fast.
+    Raises `NotReady` with everything that is wrong, or a `PortError`.
+    """
+
+    def __init__(self, port=None, *, geometry: Geometry = COURSE, guard: Guard | None = None, clock=None):
+        self.geometry = geometry
+        self.arm: VirtualArm | None = None
+        if port is None:
+            self.arm = VirtualArm(q=HOME)
+            port = VirtualPort(self.arm, clock=clock or SteppedClock())
+        self.bus: Bus = open_bus(port) if isinstance(port, str) else Bus(port)
+        self._seconds: float | None = None
+        try:
+            self.driver = Driver(self.bus, guard or Guard(geometry=geometry))
+        except BaseException:
+            self.bus.close()
+            raise
+        self.clock = self.bus.clock
+        shutdown.look_after(self)
+
+    def __repr__(self) -> str:
+        kind = "virtual" if self.arm else self.bus.name
+        state = "closed" if not self.bus.is_open else f"motors {'on' if self.driver.torque else 'off'}"
+        return f"Robot({kind}, {state})"
+
+    def __enter__(self) -> "Robot":
+        return self
+
+    def __exit__(self, kind, error, _) -> None:
+        if kind is None:
+            self.close()
+            return
+        for step in (self.driver.hold, self.close):  # the reason that brought us here is worth more than what follows
+            with contextlib.suppress(OmxError):
+                step()
+
+    # ---- the course's names: the motors ----
+
+    def write_motor_state(self, on: bool) -> None:
+        """Motors on where the arm stands, or off: **off, the arm falls** (see `park`)."""
+        if on:
+            self.driver.torque_on()
+        else:
+            self.driver.relax()
+
+    def write_time(self, seconds: float) -> None:
+        """How long each following `write_joints` takes, in s."""
+        if not (isinstance(seconds, (int, float)) and math.isfinite(seconds) and 0 < seconds <= 32):
+            raise BadInput(f"`seconds` must be a number above 0 and at most 32; got {seconds!r}.")
+        self._seconds = float(seconds)
+
+    def write_joints(self, q_deg) -> np.ndarray:
+        """Send the joints on their way to four angles (deg), and return at once with those really sent (ticks).
+
+        Takes the seconds of `write_time`, or as few as the speed cap allows. Refuses what is outside the limits, hits
+        the table or the arm itself, or is too fast: then nothing was sent, and the error names what would pass.
+        """
+        sent, _ = self.driver.command(np.radians(_numbers(q_deg, "q_deg")), self._seconds)
+        return np.degrees(sent)
+
+    def get_joints_readings(self) -> np.ndarray:
+        """Angles (deg), velocities (deg/s) and currents (mA) now: (3, 4), one transaction on the bus."""
+        return _in_degrees(self.driver.read())
+
+    def write_gripper(self, opened: bool) -> None:
+        """Open (True) or close (False) the gripper."""
+        self.driver.grip(math.radians(OPEN_DEG if opened else CLOSED_DEG))
+
+    def read_gripper(self) -> float:
+        """The gripper's servo in degrees: -45 is open, +45 closed."""
+        return math.degrees(self.driver.gripper())
+
+    def write_mode(self, mode: str) -> None:
+        """ "position" (the default), "velocity" or "current"."""
+        self.driver.set_mode(mode)
+
+    def write_velocities(self, deg_per_s) -> np.ndarray:
+        """In velocity mode: turn the joints at these speeds (deg/s). Repeat it: the servos stop after 0.4 s."""
+        return np.degrees(self.driver.velocities(np.radians(_numbers(deg_per_s, "deg_per_s"))))
+
+    def write_currents(self, milliamps) -> np.ndarray:
+        """In current mode: push with these currents (mA). Repeat it: the servos stop after 0.4 s."""
+        return np.array(self.driver.currents(_numbers(milliamps, "milliamps")))
+
+    # ---- the course's names: kinematics ----
+
+    def get_dh_row_mat(self, row) -> np.ndarray:
+        """A_i, (4, 4), for one row [theta, d, a, alpha] of a DH table (deg, mm)."""
+        theta, d, a, alpha = _numbers(row, "row")
+        return Chain([DHRow(math.radians(theta), d, a, math.radians(alpha))]).fk([0.0])
+
+    def get_int_mat(self, q_deg) -> np.ndarray:
+        """The link matrices A_1 .. A_4 at four angles (deg): (4, 4, 4), mm."""
+        return self.geometry.chain.matrices(np.radians(_numbers(q_deg, "q_deg")))
+
+    def get_fk(self, q_deg) -> np.ndarray:
+        """T_base_tool, (4, 4), mm, at four angles (deg)."""
+        return fk(np.radians(_numbers(q_deg, "q_deg")), self.geometry)
+
+    def get_current_fk(self) -> np.ndarray:
+        """T_base_tool, (4, 4), mm, at the angles read now."""
+        return fk(self.driver.read().q, self.geometry)
+
+    def get_ee_pos(self, q_deg) -> np.ndarray:
+        """[x, y, z, pitch, yaw] (mm, deg) of the tool at four angles (deg)."""
+        q = np.radians(_numbers(q_deg, "q_deg"))
+        x, y, z, pitch = pose(q, self.geometry)
+        return np.array([x, y, z, math.degrees(pitch), math.degrees(q[0])])
+
+    def get_ik(self, pose_deg) -> np.ndarray:
+        """The two solutions in front, elbow up and elbow down, (2, 4) deg, for [x, y, z, alpha] (mm, deg).
+
+        Joint limits are not considered; `omx.ik` has all four branches with verdicts. Raises `Unreachable`.
+        """
+        target = _task(pose_deg)
+        up, down, *_ = ik(target, self.geometry)
+        if not up.reachable:
+            solve_ik(target, geometry=self.geometry, limits=((-math.inf, math.inf),) * 4)  # raises, or the back reaches
+            raise BadInput(f"`pose_deg` {list(pose_deg)} is only reachable over the arm's back; see `omx.ik`.")
+        return np.degrees([up.q, down.q])
+
+    def get_jacobian(self, q_deg) -> np.ndarray:
+        """The Jacobian (6, 4) at four angles (deg): mm/rad, then rad/rad."""
+        return jacobian(np.radians(_numbers(q_deg, "q_deg")), self.geometry)
+
+    def get_frames(self, q_deg) -> np.ndarray:
+        """T_0_0 .. T_0_4, (5, 4, 4), mm, at four angles (deg)."""
+        return frames(np.radians(_numbers(q_deg, "q_deg")), self.geometry)
+
+    # ---- beyond the course ----
+
+    @property
+    def q(self) -> tuple[float, ...]:
+        """The joint angles now, in rad, as the rest of `omx` takes them."""
+        return self.driver.read().q
+
+    def move_to(self, q_deg, seconds: float | None = None) -> np.ndarray:
+        """Go to four angles (deg) and wait; returns the reading (3, 4) at the end. `seconds`: as for `write_time`."""
+        self.driver.command(np.radians(_numbers(q_deg, "q_deg")), seconds)
+        return _in_degrees(self.driver.wait())
+
+    def move_to_pose(self, pose_deg, seconds: float | None = None) -> np.ndarray:
+        """Go to [x, y, z, pitch] (mm, deg) by the nearest legal branch and wait; returns the reading (3, 4)."""
+        target = _task(pose_deg)
+        q = solve_ik(target, self.driver.read().q, self.geometry, self.driver.guard.soft_limits)
+        self.driver.command(q.q, seconds)
+        return _in_degrees(self.driver.wait())
+
+    def follow(self, trajectory, rate: float = 50.0, each: Callable[[Reading, float], None] | None = None) -> None:
+        """Run an `omx.motion.Trajectory`: the next waypoint is sent `rate` times a second, two periods ahead.
+
+        `each(reading, t)` is called at every step, `t` (s) being how far along the trajectory we are. Checked whole
+        before the first step: limits, table, speed. Starts from where the trajectory starts: move there first. If the
+        program is held up, the arm waits on the path and goes on from there. An interrupt or an error makes it hold.
+        """
+        streaming.follow(self.driver, trajectory, rate, each)
+
+    def ticks(self, seconds: float, rate: float = 50.0):
+        """The moments (s) of a loop at `rate` turns a second of the arm's time: `for t in robot.ticks(10): ...`."""
+        return ticks(seconds, rate, self.clock)
+
+    def log(self, seconds: float, path="log.csv", rate: float = 50.0, progress=None, **notes) -> Log:
+        """Sample for `seconds`, `rate` times a second, into a CSV file, while the arm does what it was told.
+
+        Columns: t (s), q1 .. q4 (deg), v1 .. v4 (deg/s), i1 .. i4 (mA), x, y, z (mm), pitch (deg). `progress(share)` is
+        called now and then; `omx.log.progress_bar()` draws it. Whatever ends it early, the arm holds, and every sample
+        taken is on the disk, and in `LogError.samples`.
+        """
+        with Recorder(path, COLUMNS, self.geometry, **notes) as recorder:
+            try:
+                for i, t in enumerate(self.ticks(seconds, rate)):
+                    self._sample(recorder, self.driver.watch(), t)
+                    if progress and i % 10 == 0:
+                        progress(min(t / seconds, 1.0) if seconds else 1.0)
+                if progress:
+                    progress(1.0)
+            except BaseException:
+                self.driver.halt()
+                raise
+        return recorder.log
+
+    def _sample(self, recorder: Recorder, reading: Reading, t: float) -> None:
+        x, y, z, pitch = pose(reading.q, self.geometry)
+        recorder.write(t, *_in_degrees(reading).ravel().tolist(), x, y, z, math.degrees(pitch))
+
+    def hold(self) -> None:
+        """Stop where the arm is, motors on."""
+        self.driver.hold()
+
+    def stop(self) -> None:
+        """Stop, and refuse every command until `resume`: what the stop button does, from any thread."""
+        self.driver.stop()
+
+    def resume(self) -> None:
+        """Allow commands again after `stop`."""
+        self.driver.resume()
+
+    def park(self) -> None:
+        """Fold the arm slowly, then switch the motors off."""
+        self.driver.park()
+
+    def relax(self) -> None:
+        """Motors off at once: **the arm falls**. Support it."""
+        self.driver.relax()
+
+    def recover(self) -> list[int]:
+        """Reboot servos that report a hardware error and switch them on again where they stand. Returns their ids."""
+        return self.driver.recover()
+
+    def close(self) -> None:
+        """Park, motors off, port closed. Closing twice is fine."""
+        if not self.bus.is_open:
+            return
+        try:
+            self.driver.park()
+        finally:
+            self.bus.close()
+            shutdown.let_go(self)
+
+
+def _numbers(values, name: str) -> list[float]:
+    """Four finite numbers; degrees that were meant as radians cannot be told apart, shapes and words can."""
+    try:
+        numbers = [float(v) for v in values]
+    except (TypeError, ValueError):
+        raise BadInput(f"`{name}` must be four numbers; got {values!r}.") from None
+    if len(numbers) != 4 or not all(map(math.isfinite, numbers)):
+        raise BadInput(f"`{name}` must be four finite numbers; got {numbers}.")
+    return numbers
+
+
+def _task(pose_deg) -> list[float]:
+    x, y, z, alpha = _numbers(pose_deg, "pose_deg")
+    return [x, y, z, math.radians(alpha)]
+
+
+def _in_degrees(reading: Reading) -> np.ndarray:
+    return np.array([np.degrees(reading.q), np.degrees(reading.speed), reading.current])

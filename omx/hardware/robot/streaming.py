@@ -1,0 +1,62 @@
+"""Running a trajectory: looked through first, then sent point by point, at the pace that the program keeps."""
+
+import math
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from ...errors import BadInput
+from ..clock import ticks
+from .driver import Driver, Reading
+
+#: A step that comes later than this (s) is not caught up with: the arm would have to leap.
+HELD_UP_S = 0.1
+#: How far (rad) the arm may be from where the trajectory starts.
+NEAR = math.radians(3.0)
+
+
+def follow(driver: Driver, trajectory, rate: float, each: Callable[[Reading, float], None] | None) -> None:
+    """What `Robot.follow` does, in rad."""
+    _look_through(driver, trajectory)
+    period = 1.0 / rate
+    try:
+        for t in _along(trajectory.seconds, rate, driver.clock):
+            reading = driver.stream_to(trajectory.at(t + period), 2 * period)
+            if each:
+                each(reading, t)
+    except BaseException:
+        driver.halt()
+        raise
+    driver.wait()
+
+
+def _along(seconds: float, rate: float, clock) -> Iterator[float]:
+    """The moments of `ticks`, but that time in which the program was held up does not count."""
+    start, last, held_up = 0.0, 0.0, True
+    while held_up:
+        held_up = False
+        for t in ticks(max(seconds - start, 0.0), rate, clock):
+            held_up = start + t - last > max(HELD_UP_S, 2 / rate)
+            if held_up:
+                break
+            last = start + t
+            yield last
+        start = min(last + 1 / rate, seconds)
+
+
+def _look_through(driver: Driver, trajectory) -> None:
+    """Raise what would stop the arm on its way, before it sets off."""
+    start, guard = driver.read().q, driver.guard
+    gap = max(abs(a - b) for a, b in zip(start, trajectory.q[0], strict=True))
+    if gap > NEAR:
+        raise BadInput(
+            f"the arm is {math.degrees(gap):.1f} deg away from where the trajectory starts; `move_to` its start."
+        )
+    for q in trajectory.q[:: max(1, len(trajectory.q) // 200)]:
+        guard.check(q)
+    fastest = float(np.abs(trajectory.qd).max())
+    if fastest > guard.speed_cap:
+        raise BadInput(
+            f"the trajectory turns a joint at {math.degrees(fastest):.0f} deg/s; the cap is "
+            f"{math.degrees(guard.speed_cap):.0f} deg/s. Give it more seconds."
+        )

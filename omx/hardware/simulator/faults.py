@@ -1,0 +1,218 @@
+"""Faults to order: what can go wrong with an arm, as rows of data.
+
+    arm.faults.inject("lost", servo=13, count=2)
+    arm.faults.inject("overload", servo=12, after=0.5)
+
+Some faults spoil the frames on the wire; the others happen to a servo, or to the arm as a whole.
+"""
+
+import random
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import inf, radians
+from typing import NamedTuple
+
+from ...arm import ARM_IDS
+from ...errors import BadInput
+
+
+@dataclass
+class Fault:
+    """One fault at work: `kind` names a row of KINDS, which says what `value` is; `servo` is 11 .. 15 or None.
+
+    A fault of the wire skips the first `after` frames and spoils the next `count`; `servo` None means any servo's.
+    Any other fault begins `after` s from now.
+    """
+
+    kind: str
+    servo: int | None = None
+    count: float = inf
+    after: float = 0.0
+    value: float | None = None
+    undo: Callable[[], None] | None = None
+
+
+class Faults:
+    """The faults of one arm. The same injections spoil the same bytes each time."""
+
+    def __init__(self, arm):
+        self._arm = arm
+        self._on_wire: list[Fault] = []
+        self._begun: list[Fault] = []
+        self._random = random.Random(0)
+
+    @property
+    def active(self) -> list[Fault]:
+        """The faults that are at work now."""
+        return [*self._on_wire, *self._begun]
+
+    def inject(self, kind: str, servo: int | None = None, count: float = inf, after: float = 0.0, value=None) -> Fault:
+        """Let a fault happen. The names are in `KINDS`, as is the `value` that each takes if none is given."""
+        if kind not in KINDS:
+            raise BadInput(f"No fault is called {kind!r}. There are: {', '.join(KINDS)}.")
+        self._arm.catch_up()
+        row = KINDS[kind]
+        if row.of_servo or servo is not None:
+            self._arm.servo(servo)
+        fault = Fault(kind, servo, count, after, row.value if value is None else float(value))
+        if row.on_wire:
+            self._on_wire.append(fault)
+        elif after:
+            self._arm.at(self._arm.now + after, lambda: self._begin(fault))
+        else:
+            self._begin(fault)
+        return fault
+
+    def _begin(self, fault: Fault):
+        fault.undo = KINDS[fault.kind].do(self._arm, fault)
+        self._begun.append(fault)
+        self._arm.disturb()
+
+    def clear(self):
+        """End the faults. A hardware error stays until the servo is rebooted, as in life."""
+        self._arm.catch_up()
+        for fault in reversed(self._begun):
+            if fault.undo:
+                fault.undo()
+        self._begun.clear()
+        self._on_wire.clear()
+        self._arm.disturb()
+
+    def distort(self, frames):
+        """What the faults of the wire leave of these frames."""
+        for fault in list(self._on_wire):
+            frames = [left for frame in frames for left in self._spoil(fault, frame)]
+            if fault.count <= 0:
+                self._on_wire.remove(fault)
+        return frames
+
+    def _spoil(self, fault: Fault, frame) -> list:
+        spared = fault.servo is not None and frame.servo != self._arm.servo(fault.servo).id
+        if spared or fault.count <= 0:
+            return [frame]
+        if fault.after >= 1:
+            fault.after -= 1
+            return [frame]
+        fault.count -= 1
+        return KINDS[fault.kind].do(frame, fault, self._random)
+
+
+# ---- on the wire: one frame becomes any number of frames ----
+
+
+def _corrupt(frame, fault, rng):
+    data = bytearray(frame.data)
+    data[rng.randrange(4, len(data))] ^= 1 << rng.randrange(8)
+    return [frame._replace(data=bytes(data))]
+
+
+def _truncated(frame, fault, rng):
+    return [frame._replace(data=frame.data[: -int(fault.value)])]
+
+
+def _late(frame, fault, rng):
+    return [frame._replace(delay=fault.value, late=True)]
+
+
+def _noise(frame, fault, rng):
+    return [frame._replace(data=rng.randbytes(int(fault.value)) + frame.data)]
+
+
+# ---- of a servo, or of the arm: each does it and returns what undoes it, if anything can ----
+
+
+def _register(name: str):
+    def do(arm, fault):
+        table = arm.servo(fault.servo).table
+        before = table[name]
+        table.put(name, int(fault.value))
+        return lambda: table.put(name, before)
+
+    return do
+
+
+def _property(name: str):
+    def do(arm, fault):
+        owner = arm if fault.servo is None else arm.servo(fault.servo)
+        before = getattr(owner, name)
+        setattr(owner, name, fault.value)
+        return lambda: setattr(owner, name, before)
+
+    return do
+
+
+def _hardware(bits: int):
+    return lambda arm, fault: arm.servo(fault.servo).fail(bits)
+
+
+def _unpowered(which: Callable):
+    def do(arm, fault):
+        servos = [s for built_as, s in zip(ARM_IDS, arm.servos, strict=True) if which(built_as, fault.servo)]
+        for servo in servos:
+            servo.powered = False
+        return lambda: [servo.power_up(arm.time) for servo in servos]
+
+    return do
+
+
+def _blocked(arm, fault):
+    joint = arm.joints[ARM_IDS.index(fault.servo)]
+    before = joint.low, joint.high
+    slack = abs(fault.value)
+    joint.low, joint.high = joint.angle - slack, joint.angle + slack
+    return lambda: joint.stops(*before)
+
+
+def _horn(arm, fault):
+    servo = arm.servo(fault.servo)
+    servo.mount = fault.value
+    servo.wrap()
+    return lambda: setattr(servo, "mount", 0.0)
+
+
+class Kind(NamedTuple):
+    """What a fault is, the function that does it, and the value it takes if none is given."""
+
+    text: str
+    do: Callable
+    value: float | None = None
+    on_wire: bool = False
+    of_servo: bool = False
+
+
+def _wire(text, do, value=None):
+    return Kind(text, do, value, on_wire=True)
+
+
+def _servo(text, do, value=None):
+    return Kind(text, do, value, of_servo=True)
+
+
+KINDS = {
+    "lost": _wire("a frame does not arrive", lambda frame, fault, rng: []),
+    "corrupt": _wire("one bit of a frame is flipped", _corrupt),
+    "truncated": _wire("the last `value` bytes of a frame are missing", _truncated, 3),
+    "duplicated": _wire("a frame arrives twice", lambda frame, fault, rng: [frame, frame]),
+    "late": _wire("a frame arrives `value` s late", _late, 0.05),
+    "noise": _wire("`value` random bytes before a frame", _noise, 7),
+    "dead": _servo("the servo is silent and limp", _unpowered(lambda one, it: one == it)),
+    "broken_chain": _servo("this servo and all after it have no cable", _unpowered(lambda one, it: one >= it)),
+    "no_power": Kind("the 12 V supply is off", _unpowered(lambda one, it: True)),
+    "unplugged": Kind("the USB plug is pulled", lambda arm, fault: arm.unplug()),
+    "wrong_baud": _servo("the servo listens at the baud rate with code `value`", _register("baud_rate"), 1),
+    "wrong_model": _servo("another servo is built in: model number `value`", _register("model_number"), 1060),
+    "old_firmware": _servo("the servo has firmware `value`", _register("firmware_version"), 36),
+    "wrong_id": _servo("the servo's id is `value`: 1 as from the factory, or another servo's", _register("id"), 1),
+    "drive_mode": _servo("drive mode `value` is in the EEPROM: 5 inverts the gripper", _register("drive_mode"), 5),
+    "slow_answer": _servo("return delay `value` x 2 us, on a timed wire", _register("return_delay_time"), 250),
+    "silent": _servo("status return level `value`: 0 answers pings only", _register("status_return_level"), 0),
+    "horn": _servo("the horn is screwed on `value` rad off", _horn, radians(90)),
+    "blocked": _servo("something holds the joint; it can move `value` rad", _blocked, 0.0),
+    "hot": _servo("the servo is at `value` degC", _property("temperature"), 75.0),
+    "overload": _servo("hardware error: overload", _hardware(0x20)),
+    "shock": _servo("hardware error: electrical shock", _hardware(0x10)),
+    "encoder": _servo("hardware error: encoder", _hardware(0x08)),
+    "overheated": _servo("hardware error: overheated", _hardware(0x04)),
+    "reboots": _servo("the servo restarts by itself", lambda arm, fault: arm.servo(fault.servo).reboot(arm.time)),
+    "low_voltage": Kind("the supply gives `value` V", _property("supply"), 9.0),
+}

@@ -1,0 +1,90 @@
+"""One motor with its gearbox and what it carries: a torque comes in, the joint turns or holds.
+
+The motor is the straight line of its data sheet: full torque at standstill, no torque at no-load speed. There is
+dry friction and no inertia: what the motor has left after load and friction decides the speed at once. Angles are
+in rad, torques in Nm, times in s.
+"""
+
+from math import copysign, exp, inf
+from typing import NamedTuple
+
+from ...arm import NO_LOAD_SPEED, STALL_CURRENT, STALL_TORQUE
+
+TORQUE_PER_MA = STALL_TORQUE / STALL_CURRENT
+#: Slope of the motor's line: torque lost per speed.
+DAMPING = STALL_TORQUE / NO_LOAD_SPEED
+#: Torque lost per speed when the motor is not powered and the load turns the gearbox: the arm falls slowly.
+COASTING = 0.3
+#: Torque per angle of the position controller at its factory gain; the arm then sags by the tenths of a degree
+#: that readings of the real one show.
+STIFFNESS = 50.0
+FRICTION = 0.1
+#: A joint at rest holds a little more than a moving one.
+STICTION = 1.02
+
+
+class Drive(NamedTuple):
+    """What the controller asks of the motor: torque + stiffness (target - angle), at most `limit`; or a `speed`."""
+
+    limit: float = 0.0
+    torque: float = 0.0
+    stiffness: float = 0.0
+    target: float = 0.0
+    speed: float | None = None
+    damping: float = DAMPING
+
+
+COAST = Drive(damping=COASTING)
+
+
+class Joint:
+    """The state of one joint: `angle`, `speed`, and `effort`, the torque of the motor on what it carries."""
+
+    def __init__(self, angle: float, low: float = -inf, high: float = inf, friction: float = FRICTION):
+        self.angle, self.low, self.high, self.friction = angle, low, high, friction
+        self.speed = 0.0
+        self.effort = 0.0
+
+    @property
+    def current(self) -> float:
+        """What the motor draws (mA), with the sign of its torque."""
+        return self.effort / TORQUE_PER_MA
+
+    def stops(self, low: float, high: float):
+        """Let the joint move between these angles only."""
+        self.low, self.high = low, high
+
+    def settle(self, drive: Drive, load: float, dt: float):
+        """Set speed and effort for the next `dt` seconds, with the torque `load` acting on the joint."""
+        wanted = drive.torque + drive.stiffness * (drive.target - self.angle)
+        if drive.speed is not None:
+            wanted = copysign(drive.limit, drive.speed) if drive.speed else -load
+        torque = min(max(wanted, -drive.limit), drive.limit)
+        self.speed, self.effort = 0.0, torque
+        if abs(torque + load) <= STICTION * self.friction:
+            return
+        friction = copysign(self.friction, torque + load)
+        free = (torque + load - friction) / drive.damping
+        speed = _within(free, self._aimed(drive, wanted + load - friction, dt))
+        self.speed = self._up_to_stop(speed, dt)
+        if self.speed == speed:
+            self.effort = friction - load
+
+    def _aimed(self, drive: Drive, excess: float, dt: float) -> float | None:
+        """The speed that the controller aims at: None is as fast as the torque allows."""
+        if drive.stiffness:  # the torque falls as the joint nears its target: the exact solution over dt
+            return excess / drive.stiffness * (1 - exp(-drive.stiffness * dt / drive.damping)) / dt
+        return drive.speed
+
+    def _up_to_stop(self, speed: float, dt: float) -> float:
+        """`speed`, or less if a stop is in the way within `dt`."""
+        if speed > 0:
+            return min(speed, max(self.high - self.angle, 0.0) / dt)
+        return max(speed, min(self.low - self.angle, 0.0) / dt)
+
+
+def _within(free: float, aimed: float | None) -> float:
+    """`aimed`, but not faster than `free`; a load that overpowers the motor (opposite signs) has its way."""
+    if aimed is None or aimed * free <= 0:
+        return free
+    return copysign(min(abs(aimed), abs(free)), free)

@@ -1,0 +1,296 @@
+"""One XM430-W350: what its registers do to its motor, and what its motor does to its registers."""
+
+from math import expm1, inf, tau
+
+from ...arm import MODEL, STALL_TORQUE, SUPPLY_VOLTS, TICKS_PER_TURN
+from ..dynamixel import registers as reg
+from . import profile
+from . import servo_rules as rules
+from .control_table import Table
+from .controller import POSITION_MODES, Controller
+from .joint import DAMPING, Drive, Joint
+
+REBOOT_S = 0.35
+OVERLOAD_TORQUE, OVERLOAD_S = 0.6 * STALL_TORQUE, 1.0
+AMBIENT, HEATING, COOLING_S = 25.0, 35.0, 300.0  # degC, degC per A^2, s
+_TICK = tau / TICKS_PER_TURN
+_SPEED = 0.229 * TICKS_PER_TURN / 60  # ticks/s a unit of velocity
+_ACCELERATION = 214.577 * TICKS_PER_TURN / 3600  # ticks/s^2 a unit of acceleration
+_ARRIVED, _LOST = 20, 100  # ticks of error: "in position" below, "following error" above
+
+
+class Servo:
+    """A servo on the bus, turning `joint`. Times are those of the arm's clock, in s."""
+
+    def __init__(self, joint: Joint, servo_id: int, model: int = MODEL, firmware: int = 45):
+        self.joint = joint
+        self.table = Table()
+        self.table.put("id", servo_id)
+        self.table.put("baud_rate", reg.BAUDS.index(1_000_000))
+        self.table.put("model_number", model)
+        self.table.put("firmware_version", firmware)
+        self.registered: tuple[int, bytes] | None = None
+        self.trajectory: profile.Trajectory | None = None
+        self.temperature = AMBIENT
+        self.volts = SUPPLY_VOLTS
+        self.powered = True
+        self.been_on = False  # whether its torque has ever been on
+        self.mount = 0.0  # rad by which the horn was screwed on wrong
+        self._controller = Controller(self)
+        self._turns = self._stalled_s = 0
+        self._changed = True  # until the controller has seen it
+        self._asleep_until = self._booted = self._heard = 0.0
+        self.table.put("goal_position", self.present())
+
+    def __repr__(self) -> str:
+        return f"Servo(id {self.id}, {self.joint.angle / _TICK * 360 / 4096:.1f} deg)"
+
+    @property
+    def id(self) -> int:
+        return self.table["id"]
+
+    @property
+    def torque_on(self) -> bool:
+        return bool(self.table["torque_enable"])
+
+    @property
+    def baud(self) -> int:
+        return reg.BAUDS[self.table["baud_rate"]]
+
+    def awake(self, now: float) -> bool:
+        """False while it has no power or is rebooting: then it neither hears nor answers."""
+        return self.powered and now >= self._asleep_until
+
+    def listens_to(self, packet_id: int) -> bool:
+        """Whether a packet with this id is for this servo: its id or its secondary id."""
+        return packet_id == self.id or packet_id == self.table["secondary_id"] <= 252
+
+    def heard(self, now: float):
+        """A packet for this servo has come in: feed the watchdog."""
+        self._heard = now
+
+    # ---- positions: rad at the joint, ticks in the registers ----
+
+    @property
+    def sign(self) -> int:
+        """-1 in reverse mode: then all that has a direction is mirrored in the registers."""
+        return -1 if self.table["drive_mode"] & reg.DRIVE_REVERSE else 1
+
+    @property
+    def _offset(self) -> int:
+        """The homing offset as far as it counts: in position mode only up to a quarter turn."""
+        offset = self.table["homing_offset"]
+        ignored = self.table["operating_mode"] == reg.MODES["position"] and abs(offset) > 1024
+        return 0 if ignored else offset
+
+    @property
+    def _zero(self) -> float:
+        """The tick at which the joint is at 0 rad."""
+        return 2048 + self.sign * self.mount / _TICK + self._offset + 4096 * self._turns
+
+    def present(self, elapsed: float = 0.0) -> int:
+        """Present position (ticks), `elapsed` s after the joint's last step."""
+        angle = self.joint.angle + self.joint.speed * elapsed
+        return round(self._zero + self.sign * angle / _TICK)
+
+    def wrap(self):
+        """Forget whole turns, as at power-on and at torque-on in position mode."""
+        self._turns = 0
+        self._turns = -((self.present() - self._offset) // 4096)
+
+    def angle_at(self, ticks: float) -> float:
+        """The joint angle (rad) at which the position register reads `ticks`."""
+        return (ticks - self._zero) * self.sign * _TICK
+
+    # ---- what the motor is told ----
+
+    def drive(self, now: float, dt: float) -> Drive:
+        """What the motor is told for the next `dt` s."""
+        self._changed = False
+        return self._controller.drive(now, dt)
+
+    def running(self, now: float) -> bool:
+        """True while the set-point still moves, or speeds up or slows down."""
+        return self.torque_on and self.trajectory is not None and now < self.trajectory.steady_from
+
+    @property
+    def velocity(self) -> int:
+        """Present velocity, in the register's units."""
+        return round(self.sign * self.joint.speed / _TICK / _SPEED)
+
+    def moving(self, now: float) -> bool:
+        """What the register `moving` says: the set-point runs, or the joint is faster than the threshold."""
+        return self.running(now) or abs(self.velocity) > self.table["moving_threshold"]
+
+    def settled(self, now: float) -> bool:
+        """True if nothing changes until the next command: the motor stands and no counter runs."""
+        busy = self._changed or self.joint.speed or self._controller.gathering or self._stalled_s
+        return not (busy or self.running(now))
+
+    def disturb(self):
+        """Something has changed from outside: the joint may move although it stood."""
+        self._changed = True
+
+    # ---- what time does to it ----
+
+    def live(self, now: float, dt: float, look: bool):
+        """`dt` seconds have passed, it is `now`; `look` says that it is time to look at the thermometer."""
+        amps = self.joint.current / 1000
+        warmth = AMBIENT + HEATING * amps * amps
+        self.temperature += (warmth - self.temperature) * -expm1(-dt / COOLING_S)
+        stalled = abs(self.joint.effort) > OVERLOAD_TORQUE
+        self._stalled_s = self._stalled_s + dt if stalled else 0
+        if self.awake(now):
+            self._inspect(now, look)
+
+    def _inspect(self, now: float, look: bool):
+        """Notice what is wrong: too long a stall, too hot, a wrong voltage, silence on the bus."""
+        table = self.table
+        if self._stalled_s > OVERLOAD_S:
+            self.fail(0x20)
+        if look and self.temperature > table["temperature_limit"]:
+            self.fail(0x04)
+        if not table["min_voltage_limit"] <= round(self.volts * 10) <= table["max_voltage_limit"]:
+            self.fail(0x01)
+        if now >= self.deadline:
+            self._trip(now)
+
+    @property
+    def deadline(self) -> float:
+        """When the watchdog trips if nothing is heard until then; never if it is not armed."""
+        watchdog = self.table["bus_watchdog"]
+        armed = 0 < watchdog < reg.WATCHDOG_TRIPPED and self.torque_on
+        return self._heard + watchdog * 0.02 if armed else inf
+
+    def fail(self, bits: int):
+        """Set hardware error bits; those in the shutdown mask switch the torque off."""
+        self.table.put("hardware_error", self.table["hardware_error"] | bits)
+        if bits & self.table["shutdown"]:
+            self.table.put("torque_enable", 0)
+            self.release()
+
+    def release(self):
+        """The torque is off: forget where the set-point was going."""
+        self.trajectory = None
+        self._controller.reset()
+        self._stalled_s = 0
+        self.disturb()
+
+    def _trip(self, now: float):
+        self.table.put("bus_watchdog", reg.WATCHDOG_TRIPPED)
+        for name in ("profile_velocity", "profile_acceleration", "goal_velocity"):
+            self.table.put(name, 0)
+        mode = self.table["operating_mode"]
+        for name in ("pwm", "current"):
+            if mode == reg.MODES[name]:
+                self.table.put(f"goal_{name}", 0)
+        self.hold(now)
+
+    def hold(self, now: float):
+        """Stop where the joint is, set-point and all."""
+        self.trajectory = profile.step(now, self.present())
+        self.disturb()
+
+    def clear_turns(self, now: float):
+        """Forget whole turns and stay where the joint is."""
+        self.wrap()
+        self.table.put("goal_position", self.present())
+        if self.torque_on:
+            self.hold(now)
+
+    def reboot(self, now: float):
+        """Start again: RAM to its defaults, silent for a while."""
+        self.table.restore(keep=lambda row: row.eeprom)
+        self.table.put("hardware_error", 0)
+        self.table.put("registered_instruction", 0)
+        self.table.put("goal_pwm", self.table["pwm_limit"])
+        self.table.put("goal_current", self.table["current_limit"])
+        self.registered = None
+        self.release()
+        self._asleep_until = self._booted = now + REBOOT_S
+        self.wrap()
+        self.table.put("goal_position", self.present())
+
+    def power_up(self, now: float):
+        """The supply is back."""
+        self.powered = True
+        self.reboot(now)
+
+    def factory_reset(self, now: float, keep: tuple[str, ...]):
+        """EEPROM to the factory's values, but for the registers named in `keep`, and a reboot."""
+        self.table.restore(keep=lambda row: row.name in keep)
+        self.reboot(now)
+
+    # ---- registers ----
+
+    def read(self, address: int, length: int, now: float, elapsed: float) -> bytes:
+        """Bytes of the control table as they are now, `elapsed` s after the joint's last step."""
+        if address + length > 120:
+            self._show(now, elapsed)
+        return self.table.read(address, length)
+
+    def check(self, address: int, data: bytes) -> list[tuple[reg.Register, int]]:
+        """The registers that `data` at `address` would set; `Refusal` if one of them must not be."""
+        changes = self.table.changes(address, data)
+        for row, value in changes:
+            rules.check(self, row, value)
+        return changes
+
+    def write(self, address: int, data: bytes, now: float):
+        """Set registers, all or none; `Refusal` with the error code of the status packet."""
+        for row, value in self.check(address, data):
+            self.set(row.name, value, now)
+
+    def set(self, name: str, value: int, now: float = 0.0):
+        """Set a register, permitted or not, with all that this sets off."""
+        before = self.table[name]
+        self.table.put(name, value)
+        rules.apply(self, name, before, now)
+        self.disturb()
+
+    def plan(self, now: float):
+        """Lay the trajectory to the goal that the registers hold now."""
+        table = self.table
+        position, speed = self.trajectory.at(now) if self.trajectory else (self.present(), 0.0)
+        timed = table["drive_mode"] & reg.DRIVE_TIME_BASED and table["firmware_version"] >= 42
+        ramp, span, goal = table["profile_acceleration"], table["profile_velocity"], table["goal_position"]
+        if table["operating_mode"] == reg.MODES["velocity"]:
+            wanted = table["goal_velocity"] * _SPEED
+            rate = ramp * _ACCELERATION
+            if timed:
+                rate = abs(wanted - speed) / (ramp / 1000) if ramp else 0.0
+            self.trajectory = profile.to_speed(now, speed, wanted, rate)
+        elif not span:
+            self.trajectory = profile.step(now, goal)
+        elif timed:
+            self.trajectory = profile.by_time(now, position, speed, goal, span / 1000, ramp / 1000)
+        else:
+            cruise = min(span, table["velocity_limit"] or span) * _SPEED
+            self.trajectory = profile.by_speed(now, position, speed, goal, cruise, ramp * _ACCELERATION)
+
+    def _show(self, now: float, elapsed: float):
+        """Bring the registers that report the present up to date."""
+        table, sign, joint = self.table, self.sign, self.joint
+        position = self.present(elapsed)
+        running = self.running(now)
+        at, speed = self.trajectory.at(now) if self.trajectory else (position, 0.0)
+        at = at if table["operating_mode"] in POSITION_MODES else position
+        duty = (
+            (joint.effort + DAMPING * joint.speed) / (STALL_TORQUE * self.volts / SUPPLY_VOLTS) if self.torque_on else 0
+        )
+        error = abs(at - position)
+        status = (running << 1) | ((self.trajectory.shape << 4) if running else 0)
+        status |= (not running and error <= _ARRIVED) | (error > _LOST) << 3
+        table.show(
+            int((now - self._booted) * 1000) % 32768,
+            int(self.moving(now)),
+            status,
+            round(sign * min(max(duty, -1), 1) * 885),
+            round(sign * joint.current / 2.69),
+            self.velocity,
+            position,
+            round(speed / _SPEED),
+            round(at),
+            round(self.volts * 10),
+            round(self.temperature),
+        )

@@ -1,0 +1,198 @@
+"""The virtual arm: five joints that feel gravity, the servos that turn them, and the passing of time.
+
+Time passes only when someone asks: `advance(now)` computes what has happened since. The state is stepped on a
+fixed grid that begins at 0, so it does not depend on how often anyone asked.
+"""
+
+import threading
+from math import ceil
+
+from ...arm import ARM_IDS, FINGER_PER_RAD, FINGERS, HOME, OPENING_AT_ZERO, STOPS, SUPPLY_VOLTS
+from ...errors import BadInput
+from ..dynamixel import registers as reg
+from . import gravity
+from .faults import Faults
+from .joint import Joint
+from .servo import Servo
+from .servo_chain import Line
+
+STEP_S = 0.002
+#: The servos look at their thermometers every so many steps.
+THERMOMETER = 500
+SUPPLY_OHMS, STANDBY_MA = 0.15, 40.0
+
+
+class VirtualArm:
+    """An OpenMANIPULATOR-X that was set up as the maker ships it: ids 11 .. 15 at 1 Mbps, all else factory-fresh.
+
+    `q` is where the joints are (rad); `settings` changes registers, `{11: {"drive_mode": 4}}`, before power-on.
+    An arm whose torque has never been on is held up by a hand, so it stays where it was put; after that it
+    falls whenever its torque is off.
+    """
+
+    def __init__(self, q=HOME, gripper: float = 0.0, settings: dict[int, dict[str, int]] | None = None):
+        angles = [float(a) for a in q]
+        if len(angles) != 4:
+            raise BadInput(f"`q` must be four joint angles in rad; got {len(angles)}.")
+        stops = sorted(finger / FINGER_PER_RAD for finger in FINGERS)
+        self.joints = [Joint(angle, *stop) for angle, stop in zip(angles, STOPS, strict=True)]
+        self.joints.append(Joint(float(gripper), *stops))
+        self.servos = [Servo(joint, servo) for joint, servo in zip(self.joints, ARM_IDS, strict=True)]
+        self.supply = SUPPLY_VOLTS
+        self.lock = threading.RLock()
+        self.plugged = True
+        self.now = 0.0
+        self._connected = None
+        self.faults = Faults(self)
+        self.line = Line(self)
+        self._steps = 0
+        self._events: list[tuple[float, object]] = []
+        self._configure(settings or {})
+        self._settle()
+
+    def _configure(self, settings):
+        for servo_id, registers in settings.items():
+            servo = self.servo(servo_id)
+            for name, value in registers.items():
+                servo.set(reg.register(name).name, value)
+
+    def servo(self, servo_id: int) -> Servo:
+        """The servo that was built in as `servo_id` (11 .. 15), whatever its id register says now."""
+        if servo_id not in ARM_IDS:
+            raise BadInput(f"The arm has servos {', '.join(map(str, ARM_IDS))}; got {servo_id!r}.")
+        return self.servos[ARM_IDS.index(servo_id)]
+
+    @property
+    def q(self) -> tuple[float, float, float, float]:
+        """The true joint angles (rad) now, which no encoder has rounded."""
+        self.catch_up()
+        return tuple(joint.angle + joint.speed * self.elapsed for joint in self.joints[:4])
+
+    @property
+    def opening(self) -> float:
+        """Distance between the gripper's pads now, mm."""
+        self.catch_up()
+        return OPENING_AT_ZERO + 2 * FINGER_PER_RAD * self.joints[4].angle
+
+    @property
+    def elapsed(self) -> float:
+        """Time since the last step of the grid, s."""
+        return self.now - self._steps * STEP_S
+
+    def place(self, q):
+        """Move the joints (rad) by hand. Only what has no torque can be moved."""
+        self.catch_up()
+        for joint, servo, angle in zip(self.joints, self.servos, q, strict=False):
+            if servo.torque_on:
+                raise BadInput(f"Servo {servo.id} holds its joint: switch its torque off before you move it by hand.")
+            joint.angle = min(max(float(angle), joint.low), joint.high)
+        self.disturb()
+
+    def grip(self, width: float | None):
+        """Put an object of `width` mm between the fingers, or take it away (None)."""
+        self.catch_up()
+        high = FINGERS[0] / FINGER_PER_RAD if width is None else (OPENING_AT_ZERO - width) / -2 / FINGER_PER_RAD
+        self.joints[4].high = max(high, self.joints[4].low)
+        self.disturb()
+
+    def unplug(self):
+        """Pull the USB plug; calling what this returns puts it back."""
+        self.catch_up()
+        self.plugged = False
+        return lambda: setattr(self, "plugged", True)
+
+    # ---- time ----
+
+    def connect(self, now):
+        """Someone has opened a line to the arm; `now()` is their time. False if someone else has."""
+        if self._connected is not None:
+            return False
+        self._connected = now
+        return True
+
+    def disconnect(self):
+        """The line is closed. Time stands still until the next one is opened."""
+        self.catch_up()
+        self._connected = None
+
+    def catch_up(self):
+        """Let the time pass that has passed for whoever is connected."""
+        if self._connected:
+            self.advance(self._connected())
+
+    def disturb(self):
+        """Something was changed from outside: every joint may move although it stood."""
+        for servo in self.servos:
+            servo.disturb()
+
+    def at(self, time: float, action):
+        """Call `action()` at the first step from `time` on."""
+        self._events.append((time, action))
+        self._events.sort(key=lambda event: event[0])
+
+    def advance(self, now: float):
+        """Let time pass until `now` (s). Times before the present are ignored."""
+        with self.lock:
+            if now > self.now:
+                self.now = now
+                self._run(int(now / STEP_S + 1e-9))
+
+    def _run(self, last: int):
+        while self._steps < last:
+            while self._events and self._events[0][0] <= self.time:
+                self._events.pop(0)[1]()
+                self.disturb()
+            if all(servo.settled(self.time) for servo in self.servos):
+                self._pass(last)
+            else:
+                self._step()
+
+    def _step(self):
+        for joint in self.joints:
+            joint.angle += joint.speed * STEP_S
+        self._live(1)
+        self._settle()
+
+    def _pass(self, last: int):
+        """Nothing moves until `last`: only temperatures and watchdogs notice that time passes."""
+        alarms = [servo.deadline for servo in self.servos] + [event[0] for event in self._events[:1]]
+        last = min(last, self._steps + THERMOMETER - self._steps % THERMOMETER)
+        first = min(min(alarms) / STEP_S, last)
+        self._live(max(ceil(first - 1e-9) - self._steps, 1))
+
+    def _live(self, steps: int):
+        self._steps += steps
+        look = self._steps % THERMOMETER == 0
+        for servo in self.servos:
+            servo.live(self.time, steps * STEP_S, look)
+
+    @property
+    def time(self) -> float:
+        """The time of the last step, s: what the joints' angles belong to."""
+        return self._steps * STEP_S
+
+    def _settle(self):
+        """Speeds and currents until the next step, from where everything is now."""
+        time, joints = self.time, self.joints
+        self._power()
+        drives = [servo.drive(time, STEP_S) for servo in self.servos]
+        held = not any(servo.been_on for servo in self.servos)
+        loads = (0.0, *gravity.torques(*(joint.angle for joint in joints[1:4])), 0.0)
+        for joint, drive, load in zip(joints, drives, loads, strict=True):
+            joint.settle(drive, 0.0 if held else load, STEP_S)
+        self._rest_on_table(drives)
+
+    def _rest_on_table(self, drives):
+        """A limp arm falls until it lies on the table."""
+        limp = [joint for joint, drive in zip(self.joints, drives, strict=True) if not drive.limit and joint.speed]
+        if limp:
+            after = [joint.angle + joint.speed * STEP_S for joint in self.joints[1:4]]
+            low = gravity.lowest(*after)
+            if low < 0 and low < gravity.lowest(*(joint.angle for joint in self.joints[1:4])):
+                for joint in limp:
+                    joint.speed = 0.0
+
+    def _power(self):
+        amps = sum(STANDBY_MA + abs(joint.current) for joint in self.joints) / 1000
+        for servo in self.servos:
+            servo.volts = self.supply - SUPPLY_OHMS * amps

@@ -1,0 +1,134 @@
+"""Every chapter keeps the conventions, and every convention can be broken: one broken chapter for each rule."""
+
+import copy
+import json
+
+import pytest
+
+from book.chapters import lint, normalise
+from tests.helpers.chapter import chapter, code, markdown
+
+CHAPTERS = sorted(normalise.NOTEBOOKS.glob("*.ipynb"))
+
+
+@pytest.mark.parametrize("path", CHAPTERS, ids=lambda path: path.stem)
+def test_chapter_keeps_the_conventions(path):
+    found = lint.problems(path)
+    assert not found, "\n".join(found)
+
+
+def problems(tmp_path, cells, name="07-scratch.ipynb"):
+    path = tmp_path / name
+    normalise.write(path, normalise.normalise({"cells": cells, "nbformat": 4}))
+    return lint.problems(path)
+
+
+def test_a_good_chapter_has_no_problems(tmp_path):
+    assert problems(tmp_path, chapter()) == []
+
+
+def replaced(old, new):
+    def change(cells):
+        hit = [cell for cell in cells if old in cell["source"]]
+        assert hit, f"the good chapter does not contain {old!r}"
+        hit[0]["source"] = hit[0]["source"].replace(old, new)
+
+    return change
+
+
+def added(*cells):
+    return lambda chapter: chapter.extend(cells)
+
+
+def metadata(old, **values):
+    def change(cells):
+        next(cell for cell in cells if old in cell["source"])["metadata"].update(values)
+
+    return change
+
+
+def outputs(*outputs):
+    return added(code("1", outputs=list(outputs)))
+
+
+def stream(text, name="stdout"):
+    return {"output_type": "stream", "name": name, "text": text}
+
+
+ERROR = {"output_type": "error", "ename": "ValueError", "evalue": "no", "traceback": []}
+
+BROKEN = {
+    "wants one H1": added(markdown("# A second title")),
+    "wants a hook of one sentence": replaced("A straight line has a length.", "It is short. It is two."),
+    "wants three items": replaced("- compute a length,", ""),
+    "no 'You will be able to'": replaced("You will be able to", "Aims"),
+    "no section '## Summary'": replaced("## Summary", "## End"),
+    "no section '## Exercises'": replaced("## Exercises", "## Tasks"),
+    "all imports belong in cell": added(code("from math import pi")),
+    "unknown tag 'solutions'": added(code("1", tags=["solutions"])),
+    "unknown tag 'nbval-skip'": added(code("1", tags=["nbval-skip"])),
+    "has slide type 'slides'": metadata("A straight line", slideshow={"slide_type": "slides"}),
+    "its slide type follows from that": metadata("## Summary", slideshow={"slide_type": "skip"}),
+    "8 are wanted": added(code("\n".join(f"x{i} = {i}" for i in range(15))), code("y = 2\n" * 15)),
+    "15 at most": added(markdown("word " * 300), code("y = 2\n" * 16)),
+    "is not plain Python": added(code("%matplotlib inline")),
+    "line 1": added(code("!ls")),
+    "imports *": replaced("import math", "from math import *"),
+    "imports urllib": replaced("import math", "import urllib.request, math"),
+    "imports matplotlib": replaced("import math", "import matplotlib.pyplot as plt, math"),
+    "uses sleep": added(code("time.sleep(1)")),
+    "uses interact": added(code("widgets.interact(f)")),
+    "uses Output": added(code("widgets.Output()")),
+    "uses system": added(code("os.system('ls')")),
+    "without a seed": added(code("np.random.default_rng()")),
+    "uses numpy.random.normal": added(code("np.random.normal(0, 1)")),
+    "holds an absolute path": added(code("open('/etc/hosts')")),
+    "says TODO": added(code("x = 1  # TODO")),
+    "is tagged 'check' after 'exercise'": metadata("length = math.hypot(5, 12)", tags=[]),
+    "exercise without a hint": replaced("Hint:", ""),
+    "does not begin with its heading": replaced("### Exercise 7.1", "**Exercise 1.**"),
+    "ends with 'solution'": added(markdown("**Exercise 9** Hint: no", tags=["exercise"]), code("1", tags=["solution"])),
+    "no cell tagged 'predict'": metadata("**Predict**", tags=[]),
+    "no cell tagged 'play'": metadata("**Play**", tags=[]),
+    "without alt text": added(markdown("![](07-scratch.ipynb)")),
+    "has an <img> without alt text": added(markdown("<img src='a.png'>")),
+    "points to 08-nowhere.ipynb": added(markdown("See [the next](08-nowhere.ipynb).")),
+    "stores a warning": outputs(stream("careful\n", "stderr")),
+    "stores an error without the tag": outputs(ERROR),
+    "with an address": outputs(stream("<object at 0x7f3a5c0b1d30>\n")),
+    "or an absolute path": outputs(stream("File /" + "home/someone/book\n")),
+}
+
+
+@pytest.mark.parametrize("message", BROKEN)
+def test_each_violation_is_caught(tmp_path, message):
+    cells = copy.deepcopy(chapter())
+    BROKEN[message](cells)
+    assert message in "\n".join(problems(tmp_path, cells))
+
+
+def test_a_chapter_without_outputs_is_caught(tmp_path):
+    cells = [{**cell, "outputs": []} if cell["cell_type"] == "code" else cell for cell in chapter()]
+    assert "has no stored output at all" in "\n".join(problems(tmp_path, cells))
+
+
+def test_a_name_without_number_is_caught(tmp_path):
+    assert "is not called NN-topic.ipynb" in "\n".join(problems(tmp_path, chapter(), "Scratch.ipynb"))
+
+
+def test_a_notebook_out_of_stored_form_is_caught(tmp_path):
+    path = tmp_path / "07-scratch.ipynb"
+    path.write_text(json.dumps(normalise.normalise({"cells": chapter(), "nbformat": 4})))
+    assert "is not in stored form" in "\n".join(lint.problems(path))
+
+
+def test_attachments_are_caught(tmp_path):
+    cells = [*chapter(), {**markdown("![three good words](attachment:a.png)"), "attachments": {"a.png": {}}}]
+    assert "carries an attachment" in "\n".join(problems(tmp_path, cells))
+
+
+def test_the_start_chapter_needs_no_exercises(tmp_path):
+    cells = [cell for cell in chapter() if "Exercises" not in cell["source"]]
+    cells = [cell for cell in cells if not {"exercise", "solution", "check"} & set(cell["metadata"]["tags"])]
+    assert problems(tmp_path, cells, "00-scratch.ipynb") == []
+    assert "has no section '## Exercises'" in "\n".join(problems(tmp_path, cells))

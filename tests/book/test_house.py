@@ -1,0 +1,141 @@
+"""House rules that a machine can check, over every file of the repository."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from book.setup import lock
+from book.setup.paths import ROOT
+
+FOLDERS = {".binder", ".ci", ".devcontainer", ".github", "book", "notebooks", "omx", "tests"}
+ROOT_FILES = {
+    *(".gitattributes", ".gitignore", "CHANGELOG.md", "CONTRIBUTING.md", "LICENSE", "README.md"),
+    *("environment.txt", "pyproject.toml", "run.py"),
+}
+MADE = {".git", ".venv", ".pytest_cache", ".ruff_cache", ".hypothesis", ".ipynb_checkpoints", "__pycache__"}
+MADE |= {"build", "node_modules", ".virtual_documents", ".DS_Store", ".jupyter_cache"}
+TEXT = {".py", ".md", ".txt", ".toml", ".ipynb", ".yml", ".yaml", ".css", ".js", ".html", ".json", ".cfg", ".sh", ""}
+
+
+def is_made(path):
+    parts = path.relative_to(ROOT).parts
+    return bool(MADE & set(parts)) or any(part.endswith(".egg-info") for part in parts)
+
+
+def files():
+    """Every file that belongs to the repository, whether or not there is a git to ask."""
+    return sorted(path for path in ROOT.rglob("*") if path.is_file() and not is_made(path))
+
+
+TEXTS = [path for path in files() if path.suffix in TEXT and path.name != "package-lock.json"]
+
+
+def findings(pattern, paths):
+    """`file:line: text` for each line that matches, this file's own patterns aside."""
+    for path in paths:
+        if path != Path(__file__):
+            for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+                if pattern.search(line):
+                    yield f"{path.relative_to(ROOT)}:{number}: {line.strip()[:120]}"
+
+
+RULES = {
+    "no content networks or web fonts": r"\b(unpkg\.com|jsdelivr|cdnjs|cdn\.|googleapis|gstatic|esm\.sh|skypack)\b",
+    "no host names of registries": r"\b(pypi\.org|pythonhosted\.org|npmjs\.(org|com)|anaconda\.org)\b",
+    "no absolute paths": r"(?<![\w.:/~*<>)\]-])/(home|root|work|Users|mnt|opt)/\w",
+    "no pickle": r"^\s*(import|from) (pickle|dill|cloudpickle|joblib|shelve)\b",
+    "no server on every address": r"['\"](0\.0\.0\.0|::)['\"]",
+    "no loose ends": r"\b(FIXME|XXX|HACK)\b",
+    "no references to a tracker": r"\b(issue|ticket) #?\d+\b",
+}
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_rule(rule):
+    found = list(findings(re.compile(RULES[rule]), TEXTS))
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.parametrize(
+    ("rule", "line"),
+    [
+        ("no content networks or web fonts", "<script src='https://unpkg.com/three'>"),
+        ("no host names of registries", "--index-url https://pypi.org/simple"),
+        ("no absolute paths", "cd /home/someone/book"),
+        ("no pickle", "    import pickle"),
+        ("no server on every address", "bind('0.0.0.0', 80)"),
+        ("no loose ends", "# FIXME later"),
+        ("no references to a tracker", "see issue 12"),
+    ],
+)
+def test_rule_can_fail(rule, line):
+    assert re.search(RULES[rule], line)
+
+
+def test_only_exercises_say_todo():
+    paths = [path for path in TEXTS if path.suffix == ".py" and not {"tests", "chapters", "check"} & set(path.parts)]
+    found = list(findings(re.compile(r"#.*\bTODO\b"), paths))
+    assert not found, "\n".join(found)
+
+
+def test_the_root_holds_five_folders_and_known_files():
+    entries = [path for path in ROOT.iterdir() if not is_made(path)]
+    assert {path.name for path in entries if path.is_dir()} <= FOLDERS
+    assert {path.name for path in entries if path.is_file()} <= ROOT_FILES
+
+
+def test_notebooks_holds_chapters_and_nothing_else():
+    strangers = [path.name for path in (ROOT / "notebooks").iterdir() if not is_made(path)]
+    strangers = [name for name in strangers if not re.fullmatch(r"\d\d-[a-z0-9-]+\.ipynb", name)]
+    assert not strangers
+
+
+@pytest.mark.parametrize("name", ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"])
+def test_links_of_the_front_pages_lead_somewhere(name):
+    targets = re.findall(r"\]\(([^)#\s]+)", (ROOT / name).read_text(encoding="utf-8"))
+    lost = [target for target in targets if not re.match(r"[a-z]+:", target) and not (ROOT / target).exists()]
+    assert not lost
+
+
+# ---- versions live in environment.txt ------------------------------------------------------------------
+
+UPPER, LOWER = lock.halves((ROOT / "environment.txt").read_text(encoding="utf-8"))
+REQUIREMENTS = [line for line in UPPER + LOWER if lock.package_of(line)]
+
+
+def test_every_requirement_is_pinned():
+    loose = [line for line in REQUIREMENTS if not re.match(r"[\w.-]+==[\w.]+(\s|$)", line)]
+    assert not loose
+
+
+def test_no_package_is_pinned_by_hand_and_by_lock():
+    upper = [lock.package_of(line) for line in UPPER if lock.package_of(line)]
+    assert len(upper) == len(set(upper))
+    assert not set(upper) & {lock.package_of(line) for line in LOWER}
+
+
+def test_versions_are_nowhere_else():
+    pattern = re.compile(r"\b({})\s*(==|~=|>=)\s*\d".format("|".join(map(lock.package_of, REQUIREMENTS))))
+    paths = [path for path in TEXTS if path.suffix in (".py", ".toml", ".yml", ".sh", "") and "tests" not in path.parts]
+    found = list(findings(pattern, paths))
+    assert not found, "\n".join(found)
+
+
+def test_all_that_is_pinned_is_installed_as_pinned():
+    from importlib.metadata import version
+
+    import packaging.requirements
+
+    for line in REQUIREMENTS:
+        wanted = packaging.requirements.Requirement(line.split("  #")[0])
+        if wanted.marker is None or wanted.marker.evaluate():
+            assert wanted.specifier.contains(version(wanted.name)), f"{line}, installed: {version(wanted.name)}"
+
+
+def test_ruff_has_nothing_to_say():
+    command = [sys.executable, "-m", "ruff", "check", "--no-cache", "--output-format=concise", "."]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr

@@ -1,0 +1,218 @@
+"""The site: what is built is complete, its kinematics are Python's, and one edit changes every product."""
+
+import copy
+import json
+import math
+import re
+import shutil
+import subprocess
+from html.parser import HTMLParser
+from urllib.parse import unquote, urldefrag
+
+import pytest
+
+import omx
+from book.chapters import runs, student
+from book.chapters.normalise import normalise
+from book.publish import deck, npm, pages, shared, site
+from book.setup.paths import Stop
+from omx.display.viewer.row_view import places
+from omx.generated import fk, ik
+from tests.helpers.chapter import chapter, code, markdown
+
+NODE = shutil.which("node")
+Q = [(0.0, 0.0, 0.0, 0.0), omx.HOME, (0.3, 1.2, -0.9, 1.8), (3.1, -1.5, 1.4, -1.7), (-2.0, 0.1, 0.1, 3.3)]
+POSES = [(274.0, 0.0, 204.8, 0.0), (0.0, 0.0, 300.0, 0.5), (16.0, 4.0, 336.0, 0.26), (600.0, 0.0, 204.0, 0.0)]
+
+
+class Links(HTMLParser):
+    """The targets and the anchors of a page."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.targets, self.anchors = [], set()
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        for name, value in attributes:
+            if (tag, name) in (("a", "href"), ("img", "src"), ("script", "src"), ("link", "href")) and value:
+                self.targets.append(value)
+            elif name in ("id", "name") and value:
+                self.anchors.add(value)
+
+
+@pytest.fixture(scope="module")
+def links(built_site):
+    """Each page of the site and its links."""
+    found = sorted(path for path in built_site.rglob("*.html") if "_static" not in path.parts)
+    return {path: Links(path.read_text(encoding="utf-8")) for path in found}
+
+
+def test_every_link_inside_the_site_leads_somewhere(links):
+    missing = []
+    for page, found in links.items():
+        for link in found.targets:
+            target, anchor = urldefrag(link)
+            if re.match(r"[a-z]+:", link):
+                continue
+            file = (page.parent / unquote(target.split("?")[0])).resolve() if target else page
+            if not file.is_file() or (anchor and file in links and unquote(anchor) not in links[file].anchors):
+                missing.append((page.name, link))
+    assert missing == []
+
+
+def test_nothing_on_the_site_is_loaded_from_elsewhere(links):
+    for page in links:
+        text = re.sub(r"<a\b[^>]*>", "", page.read_text(encoding="utf-8"))
+        assert not re.search(r"(?:src|href)=[\"'](?:https?:)?//", text), page
+
+
+def test_every_chapter_has_a_page_a_deck_and_a_download(built_site):
+    for path in site.ROOT.glob("notebooks/*.ipynb"):
+        assert (built_site / "notebooks" / f"{path.stem}.html").exists()
+        assert (built_site / "slides" / f"{path.stem}.html").exists()
+        assert (built_site / "_sources" / "notebooks" / path.name).read_bytes() == path.read_bytes()
+
+
+def test_icons_in_use_are_kept_and_the_rest_is_gone(built_site):
+    script = built_site / "_static" / "scripts" / "fontawesome.js"
+    assert script.stat().st_size < 200_000
+    text = script.read_text(encoding="utf-8")
+    assert "magnifying-glass" in text
+    assert "user-astronaut" not in text
+
+
+# ---- kinematics in JavaScript -------------------------------------------------------------------------------
+
+
+def in_node(expression, arguments, more=""):
+    """The value of a JavaScript expression for each of the arguments (`a`), with the site's kinematics (and `more`)."""
+    if NODE is None:
+        pytest.skip("node is not on this machine")
+    program = f"globalThis.window = {{}};\n{shared.kinematics()}\n{more}\nconst {{ fk, ik }} = window.OMX_KINEMATICS;\n"
+    program += f"console.log(JSON.stringify({json.dumps(arguments)}.map((a) => {expression})));"
+    done = subprocess.run([NODE], input=program, capture_output=True, text=True, timeout=60, check=True)
+    return json.loads(done.stdout)
+
+
+def test_javascript_puts_the_marks_of_a_row_where_python_does():
+    rows = [(1.2, 90.0, 110.0, 0.9), (-2.9, -40.0, -120.0, -1.5), (0.05, 0.0, 3.0, 3.1), (math.pi, 150.0, 0.0, -3.0)]
+    script = (site.ROOT / "omx/display/panels/row_panel.js").read_text(encoding="utf-8")
+    for row, ours in zip(rows, in_node("window.OMX_ROW.places(...a)", rows, script), strict=True):
+        nodes, shown = places(row)
+        assert ours["shown"] == shown
+        assert set(ours["nodes"]) == set(nodes)
+        for name, matrix in nodes.items():
+            assert flat(ours["nodes"][name]) == pytest.approx(flat(matrix.tolist()), abs=1e-9), name
+
+
+def flat(value):
+    return [number for item in value for number in flat(item)] if isinstance(value, (list, tuple)) else [value]
+
+
+@pytest.mark.parametrize(
+    ("expression", "python", "arguments"),
+    [
+        ("fk.pose(...a)", fk.pose, Q),
+        ("fk.frames(...a)", fk.frames, Q),
+        ("fk.transform(...a)", fk.transform, Q),
+        ("ik.branches(...a)", ik.branches, POSES),
+        ("ik.missing(...a)", ik.missing, POSES),
+    ],
+)
+@pytest.mark.parametrize("geometry", [omx.COURSE, omx.MAKER], ids=["course", "maker"])
+def test_javascript_gives_the_numbers_of_python(expression, python, arguments, geometry):
+    given = [[*a, *geometry.values] for a in arguments]
+    for ours, theirs in zip(in_node(expression, given), given, strict=True):
+        assert flat(ours) == pytest.approx(flat(python(*theirs)), rel=1e-12, abs=1e-11)
+
+
+def test_javascript_carries_the_parameters():
+    (parameters,) = in_node("fk.PARAMETERS", [0])
+    assert parameters == pytest.approx(fk.PARAMETERS)
+    assert list(parameters) == list(fk.PARAMETERS)
+    assert parameters["delta"] == pytest.approx(math.asin(24 / 130))
+
+
+# ---- one notebook, four products ------------------------------------------------------------------------------
+
+
+def small():
+    return normalise({"cells": [*chapter(), markdown("Say it slowly.", "notes")], "nbformat": 4})
+
+
+def products(notebook):
+    """Page, deck and sheet of a notebook, as texts."""
+    made = (pages.page(notebook, "07-lines"), deck.sections(notebook), student.student_copy(notebook))
+    return [json.dumps(product) for product in made]
+
+
+def test_one_edit_changes_page_slide_and_sheet_together():
+    edited = small()
+    cell = next(cell for cell in edited["cells"] if "## Length" in "".join(cell["source"]))
+    cell["source"] = ["## Length of a line\n"]
+    for before, after in zip(products(small()), products(edited), strict=True):
+        assert "Length of a line" not in before
+        assert "Length of a line" in after
+
+
+def test_prose_may_change_after_the_run_and_code_may_not(tmp_path):
+    path, kept = tmp_path / "07-lines.ipynb", tmp_path / "kept"
+    kept.mkdir()
+    (kept / path.name).write_text(json.dumps(small()))
+    edited = small()
+    edited["cells"][0]["source"] = ["# Crooked lines"]
+    path.write_text(json.dumps(edited))
+    assert runs.merged(path, kept)["cells"][0]["source"] == ["# Crooked lines"]
+    edited["cells"].append(normalise({"cells": [code("1 + 1")], "nbformat": 4})["cells"][0])
+    path.write_text(json.dumps(edited))
+    with pytest.raises(Stop, match=r"07-lines.ipynb was changed while the book was built"):
+        runs.merged(path, kept)
+
+
+def test_notes_are_for_the_speaker_only():
+    page, slides, _ = products(small())
+    assert "Say it slowly" not in page
+    assert '<aside class=\\"notes\\">' in slides
+
+
+def test_a_page_folds_solutions_and_checks_and_leaves_the_notebook_alone():
+    notebook = small()
+    before = copy.deepcopy(notebook)
+    page = pages.page(notebook, "07-lines")
+    assert notebook == before
+    folded = {tag for cell in page["cells"] for tag in cell["metadata"].get("tags", [])}
+    assert {"hide-cell", "hide-input"} <= folded
+
+
+def test_a_picture_brings_its_alt_text():
+    picture = {
+        "output_type": "display_data",
+        "data": {"image/png": "x"},
+        "metadata": {"image/png": {"alt": "A line.", "width": 9}},
+    }
+    cell = code("draw()", outputs=[picture])
+    assert pages.prepared(cell)["metadata"]["mystnb"]["image"] == {"alt": "A line.", "width": "9px"}
+
+
+def test_a_robots_panel_says_what_is_missing_on_a_page():
+    def shown(plain):
+        data = {"text/html": '<div class="omx-panel"></div>', "text/plain": plain}
+        cell = code("panel", outputs=[{"output_type": "display_data", "data": data, "metadata": {}}])
+        return pages.prepared(copy.deepcopy(cell))["outputs"][0]["data"]["text/html"] + deck.sections({"cells": [cell]})
+
+    assert shown("RobotPanel: at home").count("hold-to-move") == 2
+    assert "hold-to-move" not in shown("JointPanel: at home")
+
+
+def test_without_npm_one_sentence_says_what_to_do(monkeypatch, tmp_path):
+    monkeypatch.setattr(npm.shutil, "which", lambda name: None)
+    with pytest.raises(Stop, match=r"npm is not on this machine.*install Node\.js"):
+        npm.modules(into=tmp_path / "npm")
+
+
+def test_the_lock_file_names_no_host():
+    text = (site.ROOT / "book" / "package-lock.json").read_text(encoding="utf-8")
+    assert "http" not in text
+    packages = json.loads(text)["packages"]
+    assert all(about["integrity"].startswith("sha512-") for name, about in packages.items() if name)

@@ -1,0 +1,198 @@
+"""Chains of DH rows: equal to the product of elementary moves and to pinocchio, in numbers and in symbols."""
+
+from math import pi
+
+import numpy as np
+import pytest
+import sympy as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import omx
+from omx import BadInput, Chain, DHRow, JointLimit
+from omx.dh import as_limits, clipped, limit_violations
+from tests.helpers import oracles
+
+TWISTS = (-pi / 2, pi / 2, 0, -pi / 2, pi / 2, 0)
+STANFORD = [(0, d, 0, alpha) for d, alpha in zip((400, 150, 0, 0, 0, 60), TWISTS, strict=True)]
+
+ANGLES = st.floats(-4, 4)
+LENGTHS = st.floats(-300, 300)
+ROWS = st.tuples(ANGLES, LENGTHS, LENGTHS, ANGLES, st.booleans())
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.tuples(ROWS, ANGLES), min_size=1, max_size=7))
+def test_any_chain_is_the_product_of_its_elementary_moves(joints):
+    rows, q = zip(*joints, strict=True)
+    sliding = [i for i, row in enumerate(rows) if row[4]]
+    frames = Chain(rows).frames(q)
+    assert frames.shape == (len(rows) + 1, 4, 4)
+    np.testing.assert_array_equal(frames[0], np.eye(4))
+    np.testing.assert_allclose(frames[1:], oracles.product([r[:4] for r in rows], q, sliding), atol=1e-10)
+    np.testing.assert_array_equal(Chain(rows).fk(q), frames[-1])
+
+
+@pytest.mark.parametrize(("rows", "sliding"), [(oracles.table(*oracles.COURSE), ()), (STANFORD, (2,))])
+def test_pinocchio_agrees(rows, sliding):
+    pin, model, data, tool = oracles.pinocchio_arm(rows, sliding)
+    chain = Chain([DHRow(*row, prismatic=i in sliding) for i, row in enumerate(rows)])
+    for q in np.random.default_rng(1).uniform(-3, 3, (200, len(rows))):
+        pin.framesForwardKinematics(model, data, q)
+        np.testing.assert_allclose(chain.fk(q), data.oMf[tool].homogeneous, atol=1e-11)
+
+
+def test_frames_are_products_of_link_matrices():
+    q = oracles.random_q(50)
+    links, frames = omx.COURSE.chain.matrices(q), omx.COURSE.chain.frames(q)
+    assert links.shape == (50, 4, 4, 4)
+    for i in range(4):
+        np.testing.assert_allclose(frames[:, i] @ links[:, i], frames[:, i + 1], atol=1e-12)
+
+
+def test_a_batch_is_its_rows_one_by_one():
+    chain, q = omx.COURSE.chain, oracles.random_q(6).reshape(2, 3, 4)
+    one_by_one = [[chain.fk(row) for row in rows] for rows in q]
+    np.testing.assert_allclose(chain.fk(q), one_by_one, atol=1e-13)
+
+
+def test_every_frame_is_a_rigid_motion():
+    frames = Chain(STANFORD).frames(np.random.default_rng(2).uniform(-3, 3, (100, 6)))
+    R = frames[..., :3, :3]
+    np.testing.assert_allclose(R @ np.swapaxes(R, -1, -2), np.broadcast_to(np.eye(3), R.shape), atol=1e-14)
+    np.testing.assert_allclose(np.linalg.det(R), 1, atol=1e-14)
+    np.testing.assert_array_equal(frames[..., 3, :], np.broadcast_to([0, 0, 0, 1], (*frames.shape[:-2], 4)))
+
+
+# ---- symbols through the same rows ---------------------------------------------------------------------
+
+q1, q2, L1 = sp.symbols("q1 q2 L1")
+PLANAR = Chain([DHRow(0, 0, L1, 0), DHRow(0, 0, 50, 0)], name="two links")
+
+
+@pytest.mark.parametrize("q", [(q1, q2), [q1, q2], sp.Matrix([q1, q2]), sp.Matrix([[q1, q2]]), np.array([q1, q2])])
+def test_symbols_in_symbols_out(q):
+    T = PLANAR.fk(q)
+    assert isinstance(T, sp.MatrixBase)
+    assert sp.simplify(T[0, 3] - (L1 * sp.cos(q1) + 50 * sp.cos(q1 + q2))) == 0
+
+
+def test_symbolic_rows_with_numbers_put_in_are_the_numeric_chain():
+    symbolic = PLANAR.fk([0.3, -0.8]).subs(L1, 70)
+    numeric = Chain([DHRow(0, 0, 70, 0), DHRow(0, 0, 50, 0)]).fk([0.3, -0.8])
+    np.testing.assert_allclose(np.array(symbolic, dtype=float), numeric, atol=1e-13)
+
+
+def test_sympy_numbers_in_the_rows_still_make_a_numeric_chain():
+    chain = Chain([DHRow(0, 77, 0, -sp.pi / 2), DHRow(sp.Rational(1, 2), 0, sp.Integer(130), 0)])
+    assert chain.fk([0.1, 0.2]).dtype == np.float64
+    assert chain.fk(np.zeros((5, 2))).shape == (5, 4, 4)
+
+
+def test_a_sympy_number_in_q_asks_for_an_exact_answer():
+    T = Chain([DHRow(0, 0, 2, 0)]).fk([sp.pi / 3])
+    assert T[:2, 3] == sp.Matrix([1, sp.sqrt(3)])
+
+
+def test_numeric_chains_do_without_sympy():
+    numeric = Chain(oracles.table(*oracles.COURSE))
+    assert not numeric._is_symbolic((0.0, 0.0, 0.0, 0.0))
+    assert numeric.fk([0, 0, 0, 0]).dtype == np.float64
+
+
+# ---- limits --------------------------------------------------------------------------------------------
+
+SLIDER = Chain([(0, 0, 10, 0), (0, 0, 0, 0, True)], limits=[(-1, 1), (0, 200)], name="slider")
+
+
+def test_joints_are_named_by_kind_and_number():
+    assert SLIDER.names == ("q1", "d2")
+    assert Chain([(0, 0, 1, 0)], names=["elbow"]).names == ("elbow",)
+    assert len(SLIDER) == 2
+    assert repr(SLIDER) == "Chain('slider', joints q1, d2)"
+
+
+def test_violations_name_joint_value_limit_and_unit():
+    low, high = SLIDER.violations([-1.5, 250.0])
+    assert (low.joint, low.value, low.limit, low.excess) == ("q1", -1.5, -1.0, 0.5)
+    assert (high.joint, high.value, high.limit, high.excess) == ("d2", 250.0, 200.0, 50.0)
+    assert str(low) == "q1 = -85.94 deg is 28.65 deg below its limit -57.30 deg"
+    assert str(high) == "d2 = 250.00 mm is 50.00 mm above its limit 200.00 mm"
+
+
+def test_the_unit_follows_the_joint_not_its_name():
+    drum = Chain([(0, 0, 1, 0)], limits=[(-1, 1)], names=["drum"])
+    assert "deg" in str(drum.violations([2.0])[0])
+
+
+def test_check_raises_with_the_nearest_legal_configuration():
+    SLIDER.check([1.0, 0.0])
+    with pytest.raises(JointLimit, match=r"slider: q1 .* above") as caught:
+        SLIDER.check([2.0, 100.0])
+    assert caught.value.nearest == (1.0, 100.0)
+    assert [v.joint for v in caught.value.violations] == ["q1"]
+
+
+def test_a_chain_without_limits_refuses_nothing():
+    assert Chain([(0, 0, 1, 0)]).violations([1e6]) == ()
+
+
+def test_limits_hold_to_the_slack_and_no_further():
+    inside, outside = 1 + 0.5e-9, 1 + 2e-9
+    assert limit_violations([inside], [(-1, 1)]) == ()
+    assert limit_violations([outside], [(-1, 1)])[0].limit == 1
+    assert clipped([outside, -5], [(-1, 1), (-2, 2)]) == (1.0, -2.0)
+
+
+def test_limits_may_be_infinite():
+    assert as_limits([(-np.inf, np.inf)], 1) == ((-np.inf, np.inf),)
+
+
+# ---- mistakes ------------------------------------------------------------------------------------------
+
+TWO = [(0, 0, 1, 0), (0, 0, 1, 0)]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"rows": []}, "at least one"),
+        ({"rows": [(0, 1, 2)]}, "row 1 must be a DHRow"),
+        ({"rows": [(0, 0, 1, 0), (0, "long", 0, 0)]}, "row 2 must be a DHRow"),
+        ({"rows": [(0, None, 0, 0)]}, "row 1 must be a DHRow"),
+        ({"rows": [7]}, "row 1 must be a DHRow"),
+        ({"rows": TWO, "names": ["a"]}, "2 different names"),
+        ({"rows": TWO, "names": ["a", "a"]}, "2 different names"),
+        ({"rows": TWO, "limits": [(0, 1)]}, "2 pairs"),
+        ({"rows": TWO, "limits": [(0, 1), (1, 0)]}, r"`limits`\[1\] is \(1.0, 0.0\)"),
+        ({"rows": TWO, "limits": [(0, 1), (0, float("nan"))]}, r"`limits`\[1\]"),
+        ({"rows": TWO, "limits": [0, 1]}, "2 pairs"),
+        ({"rows": TWO, "limits": "no"}, "2 pairs"),
+    ],
+)
+def test_a_bad_table_is_refused_by_name(arguments, message):
+    with pytest.raises(BadInput, match=message):
+        Chain(**arguments)
+
+
+@pytest.mark.parametrize("q", [[1], [1, 2, 3], [[1, 2, 3]], "ab", None, [1, "a"], [1, np.nan], [], np.empty((0, 2))])
+@pytest.mark.parametrize("method", ["fk", "frames", "matrices", "violations", "check"])
+def test_bad_joint_values_are_refused(method, q):
+    with pytest.raises(BadInput, match="`q` must be"):
+        getattr(SLIDER, method)(q)
+
+
+@pytest.mark.parametrize("q", [(q1,), (q1, q2, q1), sp.Matrix([q1]), 0.5, [[q1, q2]] * 3])
+def test_the_wrong_number_of_symbols_is_refused(q):
+    with pytest.raises(BadInput, match="`q` must be 2 symbols"):
+        PLANAR.fk(q)
+
+
+def test_limits_are_checked_one_configuration_at_a_time():
+    with pytest.raises(BadInput, match="one configuration"):
+        SLIDER.violations(np.zeros((3, 2)))
+
+
+def test_rows_do_not_change():
+    with pytest.raises(AttributeError):
+        SLIDER.rows[0].a = 5

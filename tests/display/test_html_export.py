@@ -1,0 +1,154 @@
+"""Scenes without a kernel: nothing is fetched, nothing gets out of the frame, and the scene is all there."""
+
+import base64
+import gzip
+import html
+import json
+import re
+import struct
+
+import pytest
+
+import omx
+from omx.display.viewer import RowView, View, html_export, write_site_script
+from omx.display.viewer.assets import packed, viewer_source
+
+
+@pytest.fixture(scope="module")
+def view():
+    view = View()
+    view.frames(4)
+    view.label("w", 'a "quoted" <b>word</b>', (0, 0, 100))
+    view.animate([omx.HOME, omx.ZERO])
+    return view
+
+
+def take_apart(text):
+    """The rows and bytes of a packed scene, as `start.js` reads them."""
+    data = gzip.decompress(base64.b64decode(text))
+    (size,) = struct.unpack("<I", data[:4])
+    head, at, out = json.loads(data[4 : 4 + size]), 4 + size, []
+    for *row, last in head:
+        if isinstance(last, str):
+            out.append((tuple(row), last))
+        else:
+            out.append((tuple(row), data[at : at + last]))
+            at += last
+    assert at == len(data)
+    return out
+
+
+def embedded(page, name):
+    return re.search(rf'<script type="text/plain" id="{name}">([^<]*)</script>', page)[1]
+
+
+def inner_page(frame):
+    return html.unescape(re.search(r'srcdoc="([^"]*)"', frame)[1])
+
+
+def test_a_static_scene_is_a_sandboxed_lazy_frame(view):
+    frame = view.static_html()
+    assert frame.startswith("<iframe ")
+    assert re.findall(r'sandbox="([^"]*)"', frame) == ["allow-scripts"], "no access to the page around it"
+    assert 'loading="lazy"' in frame
+    assert f'title="{html.escape(repr(view))}"' in frame
+
+
+def test_a_static_scene_fetches_nothing(view):
+    page = inner_page(view.static_html())
+    outside = re.findall(r'(?:src|href|url)\s*[=(]\s*["\']?(?!data:|blob:)(\w+:[^"\')\s]*)', page)
+    assert not outside
+    assert "import(" not in page
+    assert "fetch(" not in page
+
+
+def test_a_static_scene_holds_the_whole_scene_and_the_unmodified_viewer(view):
+    page = inner_page(view.static_html())
+    assert dict(take_apart(embedded(page, "scene"))) == view.channel.log
+    source = gzip.decompress(base64.b64decode(embedded(page, "viewer"))).decode()
+    assert source.startswith(viewer_source())
+
+
+def test_an_animation_is_in_it(view):
+    keys = [key for key, _ in take_apart(embedded(inner_page(view.static_html()), "scene"))]
+    assert ("set_animation", "", "") in keys
+
+
+def test_words_in_a_scene_cannot_end_the_script(view):
+    page = inner_page(view.static_html())
+    assert page.count("<script") == page.count("</script>") == len(re.findall(r"<script[^>]*>[^<]", page))
+
+
+def test_the_same_scene_gives_the_same_bytes():
+    assert View().static_html() == View().static_html()
+
+
+def test_visualizer_static_html_is_a_whole_page(view):
+    page = view.vis.static_html()
+    assert page.startswith("<!DOCTYPE html>")
+    assert dict(take_apart(embedded(page, "scene"))) == view.channel.log
+
+
+# ---- shared by a site ----------------------------------------------------------------------------------
+
+
+def test_a_shared_scene_is_small_and_complete(tmp_path):
+    """A placeholder of a few kB: the arm itself is in the site's script, named by its bytes."""
+    script = write_site_script(tmp_path)
+    assert script.name == "omx-view.js"
+    values = json.loads(re.match(r"const OMX_VIEW = (\{.*\});\n", script.read_text(encoding="utf-8"))[1])
+    known = {row[0]: data for row, data in take_apart(values["stock"])}
+    view = View((0.1, 0.2, 0.3, 0.4), dark=True)
+    view.ghosts([omx.HOME, omx.ZERO])
+    placeholder = view.static_html(shared=True)
+    assert len(placeholder) < 5000
+    scene = take_apart(html.unescape(re.search(r'data-scene="([^"]*)"', placeholder)[1]))
+    assert {key: known.get(data, data) for key, data in scene} == view.channel.log
+
+
+def nightly(view):
+    """The commands of a shared scene for a dark theme."""
+    text = html.unescape(re.search(r'data-scene="([^"]*)"', view.static_html(shared=True))[1])
+    known = html_export.stock()
+    return {key[:3]: known.get(data, data) for key, data in take_apart(text) if key[3:] == ("night",)}
+
+
+@pytest.mark.parametrize("view", [View(), RowView((1.2, 90, 110, 0.9)), View.of_chain(omx.COURSE.chain)])
+def test_a_shared_scene_carries_its_night(view):
+    """What a page with a dark theme puts on top is what the same scene, made dark, has in these places."""
+    night = nightly(view)
+    before = view.channel.log
+    assert {key[:2] for key in night} == {("set_object", "/meshcat/ground"), ("set_property", "/Background")}
+    assert all(before[key] != data for key, data in night.items())
+    view.dark = True
+    assert night.items() <= view.channel.log.items()
+    assert nightly(view) == {}, "dark by itself"
+    view.dark = False
+
+
+def test_a_site_script_is_written_in_place_of_an_old_one(tmp_path):
+    assert write_site_script(tmp_path).read_bytes() == write_site_script(tmp_path).read_bytes()
+
+
+def test_the_stock_is_named_by_content():
+    assert all(html_export._name(data) == name for name, data in html_export.stock().items())
+
+
+# ---- in cells ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("mode", "mark"), [("static", "<iframe"), ("shared", 'class="omx-scene"')])
+def test_a_cell_shows_html_where_a_page_is_built(monkeypatch, mode, mark):
+    monkeypatch.setenv("OMX_VIEW", mode)
+    view = View()
+    data = view._repr_mimebundle_()
+    assert set(data) == {"text/plain", "text/html"}
+    assert data["text/plain"] == repr(view)
+    assert mark in data["text/html"]
+    assert view._widget is None
+
+
+def test_the_packed_viewer_is_named_by_content_and_small():
+    key, data = packed()
+    assert re.fullmatch(r"[0-9a-f]{16}", key)
+    assert len(data) < 250_000

@@ -1,0 +1,326 @@
+"""Panels: sliders within the limits, the newest value wins, and the arm stays at its last legal pose."""
+
+import asyncio
+import html
+import math
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import omx
+from omx.display.panels import JointPanel, PosePanel, tables
+from omx.display.panels.throttle import Latest
+from omx.display.viewer import View
+from tests.helpers.scenes import Clock, Page, placed
+
+SLIDER = omx.Chain([omx.DHRow(0, 50, 0, 1.0), omx.DHRow(0, 20, 0, 0, prismatic=True)], limits=[(-1, 1), (5, 60)])
+
+
+def text_of(box):
+    """The words of an HTML box."""
+    return html.unescape(re.sub(r"<[^>]*>", " ", box.value)).replace("\u2212", "-")
+
+
+def settle(panel):
+    """Let what the panel still has to say be said."""
+    panel._tell.flush()
+    panel._tell._due = 0.0
+
+
+# ---- joints --------------------------------------------------------------------------------------------
+
+
+def test_sliders_keep_to_the_limits():
+    panel = JointPanel()
+    for slider, (low, high) in zip(panel.sliders, omx.LIMITS, strict=True):
+        assert math.radians(slider.min) >= low - 1e-12
+        assert math.radians(slider.max) <= high + 1e-12
+        assert slider.max - slider.min > math.degrees(high - low) - 2.01
+
+
+def test_a_slider_moves_the_arm_and_tells_the_pose():
+    panel = JointPanel(q=omx.ZERO)
+    panel.sliders[0].value = 90
+    assert panel.q == panel.view.q == (math.pi / 2, 0, 0, 0)
+    np.testing.assert_allclose(placed(panel.view.channel, "/meshcat/arm/4"), omx.fk(panel.q), atol=1e-9)
+    settle(panel)
+    panel.sliders[1].value = 10
+    numbers = text_of(panel._text)
+    _, y, z, pitch = omx.pose(panel.q)
+    for value in (y, z, math.degrees(pitch)):
+        assert f"{value:.1f}" in numbers
+
+
+def test_setting_q_moves_sliders_and_arm_exactly():
+    panel = JointPanel()
+    assert panel.q == omx.HOME
+    assert [slider.value for slider in panel.sliders] == pytest.approx(np.degrees(omx.HOME))
+    panel.q = (0.1, 0.2, 0.3, 0.4)
+    assert panel.view.q == (0.1, 0.2, 0.3, 0.4), "not rounded to the sliders' steps"
+    assert panel.sliders[3].value == pytest.approx(math.degrees(0.4))
+
+
+def test_the_page_may_round_its_sliders_without_moving_the_arm():
+    panel = JointPanel()
+    panel.q = q = tuple(omx.ik([200, 0, 100, 0])[0].q)
+    for told in (omx.HOME, q):  # a page answers values between two steps so, and late, when cells run one after another
+        for slider, value in zip(panel.sliders, np.degrees(told), strict=True):
+            slider.value = round(value)
+        assert panel.q == panel.view.q == q
+    panel.sliders[0].value = 20
+    assert panel.q == (math.radians(20), *q[1:]), "the other joints stay where they are"
+    panel.sliders[1].value = round(math.degrees(q[1])) + 1
+    assert panel.q[1] == math.radians(round(math.degrees(q[1])) + 1)
+
+
+def test_q_outside_the_limits_is_refused_and_nothing_moves():
+    panel = JointPanel()
+    with pytest.raises(omx.JointLimit, match="q2"):
+        panel.q = (0, 2.0, 0, 0)
+    assert panel.q == panel.view.q == omx.HOME
+    assert panel.sliders[1].value == pytest.approx(math.degrees(omx.HOME[1]))
+
+
+def test_named_poses():
+    panel = JointPanel()
+    buttons = {b.description: b for b in panel.children[1].children[0].children[-1].children}
+    buttons["zero"].click()
+    assert panel.q == omx.ZERO
+    buttons["home"].click()
+    assert panel.q == omx.HOME
+
+
+def test_zero_is_the_nearest_legal_value_where_zero_is_not_legal():
+    panel = JointPanel(View.of_chain(SLIDER, (0.5, 30)))
+    (button,) = panel.children[1].children[0].children[-1].children
+    button.click()
+    assert panel.q == (0, SLIDER.limits[1][0])
+    assert SLIDER.limits[1][0] > 0
+
+
+def test_narrower_limits_can_be_given():
+    panel = JointPanel(q=omx.ZERO, limits=[(-0.5, 0.5)] * 4)
+    assert {(s.min, s.max) for s in panel.sliders} == {(-28, 28)}
+    with pytest.raises(omx.JointLimit):
+        panel.q = omx.HOME
+
+
+def test_any_chain_has_its_panel():
+    panel = JointPanel(View.of_chain(SLIDER, (0, 30)))
+    assert (panel.sliders[1].min, panel.sliders[1].max, panel.sliders[1].value) == (5, 60, 30)
+    panel.sliders[1].value = 40
+    assert panel.q == (0, 40)
+    np.testing.assert_allclose(placed(panel.view.channel, "/meshcat/arm/2"), SLIDER.fk((0, 40)), atol=1e-9)
+
+
+def test_a_view_can_be_shared_by_two_panels():
+    view = View()
+    one, two = JointPanel(view), JointPanel(view)
+    one.sliders[0].value = 20
+    two.sliders[0].value = 40
+    assert view.q[0] == pytest.approx(math.radians(40))
+
+
+# ---- no flooding ---------------------------------------------------------------------------------------
+
+
+def test_a_flood_of_slider_events_costs_few_messages():
+    panel = JointPanel(q=omx.ZERO)
+    clock = panel.view.channel._clock = Clock()
+    page = Page(panel.view.channel)
+    for k in range(1000):
+        clock.now += 0.001
+        panel.sliders[0].value = 0.1 * k
+    panel.view.channel.flush()
+    assert len(page.messages) < 70
+    np.testing.assert_allclose(placed(panel.view.channel, "/meshcat/arm/4"), omx.fk(panel.q), atol=1e-9)
+    assert panel.q[0] == pytest.approx(math.radians(99.9))
+
+
+def test_latest_passes_the_newest_on_and_never_loses_the_last():
+    async def flood():
+        heard = []
+        latest = Latest(heard.append, 0.02)
+        for value in range(50):
+            latest(value)
+            await asyncio.sleep(0.001)
+        await asyncio.sleep(0.05)
+        return heard
+
+    heard = asyncio.run(flood())
+    assert heard[0] == 0
+    assert heard[-1] == 49
+    assert len(heard) < 12
+    assert heard == sorted(heard)
+
+
+def test_latest_lets_urgent_messages_go_first():
+    async def one():
+        heard = []
+        Latest(heard.append, 0.01, eager=False)(1)
+        before = list(heard)
+        await asyncio.sleep(0.05)
+        return before, heard
+
+    assert asyncio.run(one()) == ([], [1])
+
+
+def test_latest_without_an_event_loop_passes_everything_on():
+    heard = []
+    latest = Latest(heard.append, 10.0)
+    for value in range(3):
+        latest(value)
+    assert heard == [0, 1, 2]
+
+
+# ---- the way out for commands --------------------------------------------------------------------------
+
+
+def test_commands_go_out_and_are_shown_as_a_ghost():
+    """With a real arm the command is a ghost, and the solid arm stands where the arm reports that it is."""
+    panel = JointPanel(q=omx.ZERO)
+    sent = []
+    panel.on_command = sent.append
+    panel.sliders[0].value = 30
+    assert sent == [panel.q]
+    assert panel.view.q == omx.ZERO
+    np.testing.assert_allclose(placed(panel.view.channel, "/meshcat/ghosts/0/4"), omx.fk(panel.q), atol=1e-9)
+    panel.show((0.1, 0, 0, 0))
+    assert panel.view.q == (0.1, 0, 0, 0)
+    assert panel.q[0] == pytest.approx(math.radians(30)), "what is measured changes no command"
+    assert sent == [panel.q]
+
+
+def test_a_pose_panel_sends_its_solution_the_same_way():
+    panel = PosePanel()
+    sent = []
+    panel.on_command = sent.append
+    panel.pose = (200, 0, 200, 0)
+    assert sent == [omx.solve_ik((200, 0, 200, 0), omx.HOME).q]
+    assert panel.view.q == omx.HOME
+
+
+# ---- poses ---------------------------------------------------------------------------------------------
+
+
+def test_a_pose_slider_moves_the_tool_there():
+    panel = PosePanel()
+    x, y, z, _pitch = panel.pose
+    panel.sliders[1].value = 50
+    np.testing.assert_allclose(omx.fk(panel.view.q)[:3, 3], (x, 50, z), atol=1e-6)
+    assert y == 0
+    assert panel.message == ""
+
+
+poses = st.tuples(st.floats(-380, 380), st.floats(-380, 380), st.floats(-200, 450), st.floats(-2, 2))
+
+
+@given(st.lists(poses, min_size=1, max_size=5))
+@settings(max_examples=40, deadline=None)
+def test_the_arm_is_at_the_pose_or_stays_where_it_was_legal(asked):
+    panel = test_the_arm_is_at_the_pose_or_stays_where_it_was_legal.panel
+    for pose in asked:
+        before = panel.view.q
+        panel.pose = pose
+        legal = any(s.legal for s in omx.ik(pose))
+        assert (panel.message == "") is legal
+        if legal:
+            np.testing.assert_allclose(omx.fk(panel.view.q)[:3, 3], pose[:3], atol=1e-6)
+        else:
+            assert panel.view.q == before
+        panel.view.geometry.chain.check(panel.view.q)
+
+
+test_the_arm_is_at_the_pose_or_stays_where_it_was_legal.panel = PosePanel()
+
+
+def test_out_of_reach_says_how_much_is_missing():
+    panel = PosePanel()
+    panel.pose = (600, 0, 204, 0)
+    with pytest.raises(omx.Unreachable) as caught:
+        omx.solve_ik((600, 0, 204, 0))
+    assert f"{caught.value.missing:.3f} mm are missing" in panel.message
+    assert panel.message.startswith("The arm stays.")
+    settle(panel)
+    assert panel.message in text_of(panel._notice)
+    assert text_of(panel._text).count("out of reach") == 4
+
+
+def test_a_broken_limit_is_named_with_its_excess():
+    panel = PosePanel()
+    panel.pose = (60, 0, 10, 0)
+    assert re.search(r"q\d = -?\d+\.\d\d deg is \d+\.\d\d deg (above|below) its limit", panel.message)
+    assert panel.view.q == omx.HOME
+
+
+def test_each_branch_has_its_ghost_and_its_verdict():
+    panel = PosePanel()
+    panel.pose = (60, 0, 300, 0.6)
+    solutions = panel.solutions
+    chosen = omx.solve_ik(panel.pose, omx.HOME)
+    assert panel.view.q == chosen.q
+    for k, solution in enumerate(solutions):
+        if solution.reachable and solution.branch != chosen.branch:
+            T = placed(panel.view.channel, f"/meshcat/ghosts/{k}/4")
+            np.testing.assert_allclose(T, omx.fk(solution.q), atol=1e-9)
+    settle(panel)
+    panel._write()
+    table = text_of(panel._text)
+    for solution in solutions:
+        assert solution.branch in table
+        assert tables.verdict(solution) in table
+
+
+def test_a_branch_can_be_kept():
+    panel = PosePanel()
+    panel.pose = (20, 0, 330, 0.4)
+    others = [s for s in panel.solutions if s.legal and s.q != panel.view.q]
+    assert others, "this pose has two legal branches"
+    panel.branch = others[0].branch
+    np.testing.assert_allclose(panel.view.q, others[0].q)
+    panel.branch = "front, elbow down"
+    assert "front, elbow down" in panel.message
+    np.testing.assert_allclose(panel.view.q, others[0].q)
+
+
+def test_setting_q_asks_for_its_pose():
+    panel = PosePanel()
+    panel.q = (0.3, -0.4, 0.2, 0.5)
+    assert panel.pose == pytest.approx(omx.pose((0.3, -0.4, 0.2, 0.5)))
+    assert panel.view.q == (0.3, -0.4, 0.2, 0.5)
+    assert panel.sliders[0].value == pytest.approx(panel.pose[0])
+
+
+def test_a_wrong_pose_is_refused():
+    panel = PosePanel()
+    before = panel.pose
+    for wrong in ((1, 2, 3), (1, 2, 3, math.nan)):
+        with pytest.raises(omx.BadInput):
+            panel.pose = wrong
+    assert panel.pose == before
+
+
+# ---- what a cell shows ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", [JointPanel, PosePanel])
+def test_the_text_of_a_panel_is_a_sentence_and_always_the_same(kind):
+    assert repr(kind()) == repr(kind()) == f"{kind.__name__}: {View()!r}"
+
+
+@pytest.mark.parametrize("kind", [JointPanel, PosePanel])
+def test_a_panel_shows_a_widget_or_html(kind, monkeypatch):
+    panel = kind()
+    data = panel._repr_mimebundle_()
+    assert data["application/vnd.jupyter.widget-view+json"]["model_id"] == panel.model_id
+    monkeypatch.setenv("OMX_VIEW", "static")
+    assert "<iframe" in kind()._repr_mimebundle_()["text/html"]
+
+
+def test_numbers_are_written_without_minus_zero():
+    assert tables.number(-0.0001, 1) == "0.0"
+    assert tables.number(-1.26, 1) == "\u22121.3"
+    assert "&lt;b&gt;" in tables.notice("<b>")

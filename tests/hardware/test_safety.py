@@ -1,0 +1,109 @@
+"""Safety: what may not happen is refused with its reason, and what is refused names what would pass."""
+
+import numpy as np
+import pytest
+
+import omx
+from omx.arm import SPEED_CAP
+from omx.errors import BadInput, Collision, JointLimit, TooFast
+from omx.hardware.safety import Guard, stalled
+
+RNG = np.random.default_rng(11)
+INTO_THE_TABLE = (0.0, 1.2, -1.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    "q_deg", [(0, 0, 0, 0), (15, -45, -60, 90), (-90, 15, 30, -45)], ids=["zero", "target 1", "target 2"]
+)
+def test_the_poses_of_the_labs_pass(q_deg):
+    q = tuple(np.radians(q_deg))
+    assert Guard().check(q, omx.HOME) == pytest.approx(q)
+
+
+@pytest.mark.parametrize("pose", [(25, -100, 150, -60), (150, 80, 300, 0), (250, -115, 75, -45)])
+def test_the_waypoints_of_lab_3_pass(pose):
+    q = omx.solve_ik([*pose[:3], np.radians(pose[3])])
+    Guard().check(q, omx.HOME)
+
+
+def test_a_goal_outside_the_soft_limits_is_refused_with_the_nearest_legal_value():
+    guard = Guard()
+    with pytest.raises(JointLimit, match="q3") as caught:
+        guard.check((0, 0, -1.49, 0), omx.ZERO)  # inside the hard limit of -1.5, beyond the soft one
+    guard.check(caught.value.nearest, omx.ZERO)
+
+
+def test_the_table_is_not_hit_and_the_last_safe_point_is_named():
+    with pytest.raises(Collision) as caught:
+        Guard().check(INTO_THE_TABLE, omx.HOME)
+    assert caught.value.second == "table"
+    Guard().check(caught.value.nearest, omx.HOME)
+
+
+def test_without_a_table_the_same_goal_is_fine():
+    Guard(table=None).check(INTO_THE_TABLE, omx.ZERO)
+
+
+def test_a_collision_on_the_way_is_found_even_if_both_ends_are_clear():
+    """Both hands are raised, one bent down and one bent up; between them the fingers sweep the table."""
+    guard = Guard()
+    start, goal = (0.0, 0.7, -0.6, 0.8), (0.0, 0.7, 0.8, -1.4)
+    assert guard.clearance(start)[0] > 0
+    assert guard.clearance(goal)[0] > 0
+    with pytest.raises(Collision) as caught:
+        guard.check(goal, start)
+    assert caught.value.second == "table"
+    guard.check(caught.value.nearest, start)
+
+
+def test_an_arm_that_starts_outside_may_come_back_in_but_not_go_further_out():
+    guard = Guard()
+    outside = (0.0, -1.55, 0.5, 0.3)
+    guard.check((0.0, -1.2, 0.5, 0.3), outside)
+    guard.check((0.0, -1.52, 0.5, 0.3), outside)
+    with pytest.raises(JointLimit, match="q2"):
+        guard.check((0.0, -1.6, 0.5, 0.3), outside)
+    with pytest.raises(Collision):
+        guard.check((0.0, 1.3, -1.0, 1.0), INTO_THE_TABLE)
+
+
+def test_the_speed_cap_sets_the_fewest_seconds():
+    guard = Guard()
+    fewest = guard.seconds(omx.ZERO, (0.0, np.radians(45), 0.0, 0.0))
+    assert fewest == pytest.approx(0.75)  # 45 deg at 60 deg/s
+    assert guard.seconds(omx.ZERO, (0.0, np.radians(45), 0.0, 0.0), 2.0) == 2.0
+    with pytest.raises(TooFast, match=r"at least 0\.75 s") as caught:
+        guard.seconds(omx.ZERO, (0.0, np.radians(45), 0.0, 0.0), 0.5)
+    assert caught.value.speed == pytest.approx(np.radians(90))
+    assert caught.value.cap == SPEED_CAP
+
+
+@pytest.mark.parametrize("bad", [(0, 0, float("nan"), 0), (0, 0, 0), "home", None, (0, 0, 0, float("inf"))])
+def test_nothing_but_four_finite_angles_gets_through(bad):
+    with pytest.raises(BadInput, match="goal"):
+        Guard().check(bad)
+
+
+@pytest.mark.parametrize("seconds", [0, -1, float("nan")])
+def test_seconds_must_be_positive(seconds):
+    with pytest.raises(BadInput, match="seconds"):
+        Guard().seconds(omx.ZERO, omx.HOME, seconds)
+
+
+def test_a_joint_that_pushes_without_moving_is_found():
+    assert stalled([620, 620, 20, 20], [0.0, 1.0, 0.0, 1.0]) == [1]
+    assert stalled([0, 0, -620, 0], [0.0, 0.0, 0.001, 0.0]) == [3]
+
+
+def test_every_configuration_the_guard_lets_through_is_above_the_table():
+    guard = Guard()
+    low, high = np.array(guard.soft_limits).T
+    passed = 0
+    for q in RNG.uniform(low, high, (300, 4)):
+        try:
+            guard.check(q)
+        except Collision:
+            continue
+        passed += 1
+        assert omx.frames(q)[2:, 2, 3].min() > 10.0
+    assert passed > 100

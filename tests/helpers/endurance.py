@@ -1,0 +1,140 @@
+"""Endurance: moving, logging and dragging sliders, for as long as you say, in one process.
+
+    python -m tests.helpers.endurance --minutes 30
+
+Prints, a line a minute and once at the end: samples taken and missed, how late the loop ran, how far the arm ended
+from where it was sent (drift), and how the memory grew. Exits with 1 if a sample was missed or something grew.
+"""
+
+import argparse
+import gc
+import math
+import sys
+import tempfile
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import psutil
+
+from omx.hardware.log import Recorder, progress_bar, read_log
+from omx.hardware.robot import Robot
+from omx.hardware.robot.robot import COLUMNS
+from omx.hardware.simulator import Clock
+
+RATE = 50.0
+#: Where a round goes, in degrees; then a stream of small steps, as a slider sends them, and back.
+ROUND = ([30, -40, 10, 30], [-45, -20, -10, 40], [0, -60, 20, 40])
+MOVE_S, DRAG_S = 2.0, 4.0
+#: How much of the swing each slider takes.
+LONGEST = math.radians(4.0)
+AXES = np.array([1, 1 / 3, 0, 0])
+#: What may grow, for the arrays of the log itself are known: bytes a sample, 17 floats and their tuple.
+SAMPLE_BYTES = 17 * 24 + 200
+
+
+@dataclass
+class Findings:
+    """What was seen: times in s, angles in deg, memory in bytes."""
+
+    asked: int = 0
+    taken: int = 0
+    late: list[float] = field(default_factory=list)
+    home: list[np.ndarray] = field(default_factory=list)
+    memory: list[int] = field(default_factory=list)
+    drags: int = 0
+
+    @property
+    def missed(self) -> int:
+        """Samples that were due and not taken."""
+        return self.asked - self.taken
+
+    @property
+    def drift(self) -> float:
+        """The difference (deg) between the last and the first end of a round, for the joint where it is greatest."""
+        return float(np.abs(self.home[-1] - self.home[0]).max())
+
+    @property
+    def growth(self) -> int:
+        """Bytes that the process grew by since its first round, less what the samples themselves take."""
+        return self.memory[-1] - self.memory[0]
+
+    def __str__(self) -> str:
+        late = np.array(self.late) * 1000
+        return (
+            f"{self.taken} samples, {self.missed} missed; late: median {np.median(late):.2f} ms, 99.9 % "
+            f"{np.quantile(late, 0.999):.1f} ms, most {late.max():.1f} ms; {self.drags} slider steps; drift "
+            f"{self.drift:.3f} deg in {len(self.home)} rounds; memory {self.memory[-1] / 1e6:.1f} MB, "
+            f"{self.growth / 1e6:+.2f} MB since the first round"
+        )
+
+
+def endure(seconds: float, path: Path, clock=None, tell=lambda findings, share: None) -> Findings:
+    """Rounds of moves and drags for `seconds` of the arm's time, every sample logged to `path`."""
+    found, robot = Findings(), Robot(clock=clock)
+    start = robot.clock.now()
+    with Recorder(path, COLUMNS) as recorder:
+        robot.write_motor_state(True)
+        while not found.home or robot.clock.now() - start < seconds:
+            for goal in ROUND:
+                robot.write_time(MOVE_S)
+                robot.write_joints(goal)
+                _sampled(robot, recorder, found, MOVE_S + 0.2, lambda t: None)
+            _sampled(robot, recorder, found, DRAG_S, _dragging(robot, found))
+            robot.move_to(ROUND[-1])
+            found.home.append(np.array(robot.get_joints_readings()[0]))
+            gc.collect()
+            found.memory.append(psutil.Process().memory_info().rss - SAMPLE_BYTES * len(recorder.log))
+            tell(found, min((robot.clock.now() - start) / seconds, 1.0))
+    robot.park()
+    robot.close()
+    return found
+
+
+def _dragging(robot, found: Findings):
+    """A hand on two sliders: at every tick a small step from where the arm is, however long the computer was busy."""
+    home = np.radians(ROUND[-1])
+
+    def drag(t: float) -> None:
+        wanted = home + math.radians(15) * math.sin(math.tau * t / DRAG_S) * AXES
+        here = np.array(robot.driver.read().q)
+        robot.driver.stream_to(here + np.clip(wanted - here, -LONGEST, LONGEST), 2.5 / RATE)
+        found.drags += 1
+
+    return drag
+
+
+def _sampled(robot, recorder: Recorder, found: Findings, seconds: float, each) -> None:
+    found.asked += math.floor(seconds * RATE + 1e-9) + 1
+    for i, t in enumerate(robot.ticks(seconds, RATE)):
+        each(t)
+        robot._sample(recorder, robot.driver.watch(), t)
+        found.taken += 1
+        found.late.append(t - i / RATE)
+    robot.driver.wait()
+
+
+def main(argv=None) -> int:
+    """The command line."""
+    parser = argparse.ArgumentParser(prog="python -m tests.helpers.endurance", description=__doc__.splitlines()[0])
+    parser.add_argument("--minutes", type=float, default=30.0)
+    parser.add_argument("--scale", type=float, default=1.0, help="how many times as fast as real time")
+    given = parser.parse_args(argv)
+    bar, told = progress_bar(), [time.monotonic()]
+
+    def tell(found: Findings, share: float) -> None:
+        bar(share)
+        if time.monotonic() - told[0] > 60:
+            told[0] = time.monotonic()
+            print(f"\n{found}", flush=True)
+
+    with tempfile.TemporaryDirectory() as folder:
+        found = endure(60 * given.minutes, Path(folder) / "endurance.csv", Clock(given.scale), tell)
+        again = len(read_log(Path(folder) / "endurance.csv"))
+    print(f"\n{found}\n{again} samples read back from the disk")
+    return int(found.missed != 0 or again != found.taken or found.drift > 0.3 or found.growth > 20e6)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
