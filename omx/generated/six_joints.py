@@ -15,11 +15,11 @@ from omx.dh import DHRow
 def dh_rows() -> tuple[DHRow, ...]:
     """The DH table, a row a joint: theta or d holds the offset that the joint variable is added to."""
     return (
-        DHRow(0.0, 300.0, 0.0, pi / 2),
+        DHRow(0.0, 300.0, 0.0, pi/2),
         DHRow(0.0, 0.0, 500.0, 0.0),
         DHRow(0.0, 0.0, 400.0, 0.0),
-        DHRow(0.0, 200.0, 0.0, pi / 2),
-        DHRow(0.0, 0.0, 0.0, -pi / 2),
+        DHRow(0.0, 200.0, 0.0, pi/2),
+        DHRow(0.0, 0.0, 0.0, -pi/2),
         DHRow(0.0, 100.0, 0.0, 0.0),
     )
 
@@ -32,42 +32,42 @@ def transform(q1: float, q2: float, q3: float, q4: float, q5: float, q6: float) 
     s4, c4 = sin(q4), cos(q4)
     s5, c5 = sin(q5), cos(q5)
     s6, c6 = sin(q6), cos(q6)
-    ox2 = -c1 * s2
-    px2 = 500 * c1 * c2
-    oy2 = -s1 * s2
-    py2 = 500 * s1 * c2
-    pz2 = 300 + 500 * s2
-    nx3 = c1 * c2 * c3 + ox2 * s3
-    ox3 = ox2 * c3 - c1 * c2 * s3
-    px3 = 400 * c1 * c2 * c3 + 400 * ox2 * s3 + px2
-    ny3 = s1 * c2 * c3 + oy2 * s3
-    oy3 = oy2 * c3 - s1 * c2 * s3
-    py3 = 400 * s1 * c2 * c3 + 400 * oy2 * s3 + py2
-    nz3 = c2 * s3 + s2 * c3
-    oz3 = c2 * c3 - s2 * s3
-    pz3 = 400 * c2 * s3 + 400 * s2 * c3 + pz2
-    nx4 = nx3 * c4 + ox3 * s4
-    ax4 = nx3 * s4 - ox3 * c4
-    px4 = px3 + 200 * s1
-    ny4 = ny3 * c4 + oy3 * s4
-    ay4 = ny3 * s4 - oy3 * c4
-    py4 = py3 - 200 * c1
-    nz4 = nz3 * c4 + oz3 * s4
-    az4 = nz3 * s4 - oz3 * c4
-    nx5 = nx4 * c5 + s1 * s5
-    ax5 = s1 * c5 - nx4 * s5
-    ny5 = ny4 * c5 - c1 * s5
-    ay5 = -c1 * c5 - ny4 * s5
-    az5 = -nz4 * s5
-    nx6 = nx5 * c6 - ax4 * s6
-    ox6 = -ax4 * c6 - nx5 * s6
-    px6 = 100 * ax5 + px4
-    ny6 = ny5 * c6 - ay4 * s6
-    oy6 = -ay4 * c6 - ny5 * s6
-    py6 = 100 * ay5 + py4
-    nz6 = nz4 * c5 * c6 - az4 * s6
-    oz6 = -az4 * c6 - nz4 * c5 * s6
-    pz6 = 100 * az5 + pz3
+    ox2 = -c1*s2
+    px2 = 500*c1*c2
+    oy2 = -s1*s2
+    py2 = 500*s1*c2
+    pz2 = 300 + 500*s2
+    nx3 = c1*c2*c3 + ox2*s3
+    ox3 = ox2*c3 - c1*c2*s3
+    px3 = 400*c1*c2*c3 + 400*ox2*s3 + px2
+    ny3 = s1*c2*c3 + oy2*s3
+    oy3 = oy2*c3 - s1*c2*s3
+    py3 = 400*s1*c2*c3 + 400*oy2*s3 + py2
+    nz3 = c2*s3 + s2*c3
+    oz3 = c2*c3 - s2*s3
+    pz3 = 400*c2*s3 + 400*s2*c3 + pz2
+    nx4 = nx3*c4 + ox3*s4
+    ax4 = nx3*s4 - ox3*c4
+    px4 = px3 + 200*s1
+    ny4 = ny3*c4 + oy3*s4
+    ay4 = ny3*s4 - oy3*c4
+    py4 = py3 - 200*c1
+    nz4 = nz3*c4 + oz3*s4
+    az4 = nz3*s4 - oz3*c4
+    nx5 = nx4*c5 + s1*s5
+    ax5 = s1*c5 - nx4*s5
+    ny5 = ny4*c5 - c1*s5
+    ay5 = -c1*c5 - ny4*s5
+    az5 = -nz4*s5
+    nx6 = nx5*c6 - ax4*s6
+    ox6 = -ax4*c6 - nx5*s6
+    px6 = 100*ax5 + px4
+    ny6 = ny5*c6 - ay4*s6
+    oy6 = -ay4*c6 - ny5*s6
+    py6 = 100*ay5 + py4
+    nz6 = nz4*c5*c6 - az4*s6
+    oz6 = -az4*c6 - nz4*c5*s6
+    pz6 = 100*az5 + pz3
     return (
         (nx6, ox6, ax5, px6),
         (ny6, oy6, ay5, py6),
@@ -77,12 +77,7 @@ def transform(q1: float, q2: float, q3: float, q4: float, q5: float, q6: float) 
 
 
 def transform_batch(
-    q1: np.ndarray,
-    q2: np.ndarray,
-    q3: np.ndarray,
-    q4: np.ndarray,
-    q5: np.ndarray,
-    q6: np.ndarray,
+    q1: np.ndarray, q2: np.ndarray, q3: np.ndarray, q4: np.ndarray, q5: np.ndarray, q6: np.ndarray,
 ) -> tuple:
     """T_0_6, rows of the 4x4 matrix. Columns in, columns out; constants are plain numbers."""
     s1, c1 = sincos(q1)
@@ -91,42 +86,42 @@ def transform_batch(
     s4, c4 = sincos(q4)
     s5, c5 = sincos(q5)
     s6, c6 = sincos(q6)
-    ox2 = -c1 * s2
-    px2 = 500 * c1 * c2
-    oy2 = -s1 * s2
-    py2 = 500 * s1 * c2
-    pz2 = 300 + 500 * s2
-    nx3 = c1 * c2 * c3 + ox2 * s3
-    ox3 = ox2 * c3 - c1 * c2 * s3
-    px3 = 400 * c1 * c2 * c3 + 400 * ox2 * s3 + px2
-    ny3 = s1 * c2 * c3 + oy2 * s3
-    oy3 = oy2 * c3 - s1 * c2 * s3
-    py3 = 400 * s1 * c2 * c3 + 400 * oy2 * s3 + py2
-    nz3 = c2 * s3 + s2 * c3
-    oz3 = c2 * c3 - s2 * s3
-    pz3 = 400 * c2 * s3 + 400 * s2 * c3 + pz2
-    nx4 = nx3 * c4 + ox3 * s4
-    ax4 = nx3 * s4 - ox3 * c4
-    px4 = px3 + 200 * s1
-    ny4 = ny3 * c4 + oy3 * s4
-    ay4 = ny3 * s4 - oy3 * c4
-    py4 = py3 - 200 * c1
-    nz4 = nz3 * c4 + oz3 * s4
-    az4 = nz3 * s4 - oz3 * c4
-    nx5 = nx4 * c5 + s1 * s5
-    ax5 = s1 * c5 - nx4 * s5
-    ny5 = ny4 * c5 - c1 * s5
-    ay5 = -c1 * c5 - ny4 * s5
-    az5 = -nz4 * s5
-    nx6 = nx5 * c6 - ax4 * s6
-    ox6 = -ax4 * c6 - nx5 * s6
-    px6 = 100 * ax5 + px4
-    ny6 = ny5 * c6 - ay4 * s6
-    oy6 = -ay4 * c6 - ny5 * s6
-    py6 = 100 * ay5 + py4
-    nz6 = nz4 * c5 * c6 - az4 * s6
-    oz6 = -az4 * c6 - nz4 * c5 * s6
-    pz6 = 100 * az5 + pz3
+    ox2 = -c1*s2
+    px2 = 500*c1*c2
+    oy2 = -s1*s2
+    py2 = 500*s1*c2
+    pz2 = 300 + 500*s2
+    nx3 = c1*c2*c3 + ox2*s3
+    ox3 = ox2*c3 - c1*c2*s3
+    px3 = 400*c1*c2*c3 + 400*ox2*s3 + px2
+    ny3 = s1*c2*c3 + oy2*s3
+    oy3 = oy2*c3 - s1*c2*s3
+    py3 = 400*s1*c2*c3 + 400*oy2*s3 + py2
+    nz3 = c2*s3 + s2*c3
+    oz3 = c2*c3 - s2*s3
+    pz3 = 400*c2*s3 + 400*s2*c3 + pz2
+    nx4 = nx3*c4 + ox3*s4
+    ax4 = nx3*s4 - ox3*c4
+    px4 = px3 + 200*s1
+    ny4 = ny3*c4 + oy3*s4
+    ay4 = ny3*s4 - oy3*c4
+    py4 = py3 - 200*c1
+    nz4 = nz3*c4 + oz3*s4
+    az4 = nz3*s4 - oz3*c4
+    nx5 = nx4*c5 + s1*s5
+    ax5 = s1*c5 - nx4*s5
+    ny5 = ny4*c5 - c1*s5
+    ay5 = -c1*c5 - ny4*s5
+    az5 = -nz4*s5
+    nx6 = nx5*c6 - ax4*s6
+    ox6 = -ax4*c6 - nx5*s6
+    px6 = 100*ax5 + px4
+    ny6 = ny5*c6 - ay4*s6
+    oy6 = -ay4*c6 - ny5*s6
+    py6 = 100*ay5 + py4
+    nz6 = nz4*c5*c6 - az4*s6
+    oz6 = -az4*c6 - nz4*c5*s6
+    pz6 = 100*az5 + pz3
     return (
         (nx6, ox6, ax5, px6),
         (ny6, oy6, ay5, py6),
@@ -143,42 +138,42 @@ def frames(q1: float, q2: float, q3: float, q4: float, q5: float, q6: float) -> 
     s4, c4 = sin(q4), cos(q4)
     s5, c5 = sin(q5), cos(q5)
     s6, c6 = sin(q6), cos(q6)
-    ox2 = -c1 * s2
-    px2 = 500 * c1 * c2
-    oy2 = -s1 * s2
-    py2 = 500 * s1 * c2
-    pz2 = 300 + 500 * s2
-    nx3 = c1 * c2 * c3 + ox2 * s3
-    ox3 = ox2 * c3 - c1 * c2 * s3
-    px3 = 400 * c1 * c2 * c3 + 400 * ox2 * s3 + px2
-    ny3 = s1 * c2 * c3 + oy2 * s3
-    oy3 = oy2 * c3 - s1 * c2 * s3
-    py3 = 400 * s1 * c2 * c3 + 400 * oy2 * s3 + py2
-    nz3 = c2 * s3 + s2 * c3
-    oz3 = c2 * c3 - s2 * s3
-    pz3 = 400 * c2 * s3 + 400 * s2 * c3 + pz2
-    nx4 = nx3 * c4 + ox3 * s4
-    ax4 = nx3 * s4 - ox3 * c4
-    px4 = px3 + 200 * s1
-    ny4 = ny3 * c4 + oy3 * s4
-    ay4 = ny3 * s4 - oy3 * c4
-    py4 = py3 - 200 * c1
-    nz4 = nz3 * c4 + oz3 * s4
-    az4 = nz3 * s4 - oz3 * c4
-    nx5 = nx4 * c5 + s1 * s5
-    ax5 = s1 * c5 - nx4 * s5
-    ny5 = ny4 * c5 - c1 * s5
-    ay5 = -c1 * c5 - ny4 * s5
-    az5 = -nz4 * s5
-    nx6 = nx5 * c6 - ax4 * s6
-    ox6 = -ax4 * c6 - nx5 * s6
-    px6 = 100 * ax5 + px4
-    ny6 = ny5 * c6 - ay4 * s6
-    oy6 = -ay4 * c6 - ny5 * s6
-    py6 = 100 * ay5 + py4
-    nz6 = nz4 * c5 * c6 - az4 * s6
-    oz6 = -az4 * c6 - nz4 * c5 * s6
-    pz6 = 100 * az5 + pz3
+    ox2 = -c1*s2
+    px2 = 500*c1*c2
+    oy2 = -s1*s2
+    py2 = 500*s1*c2
+    pz2 = 300 + 500*s2
+    nx3 = c1*c2*c3 + ox2*s3
+    ox3 = ox2*c3 - c1*c2*s3
+    px3 = 400*c1*c2*c3 + 400*ox2*s3 + px2
+    ny3 = s1*c2*c3 + oy2*s3
+    oy3 = oy2*c3 - s1*c2*s3
+    py3 = 400*s1*c2*c3 + 400*oy2*s3 + py2
+    nz3 = c2*s3 + s2*c3
+    oz3 = c2*c3 - s2*s3
+    pz3 = 400*c2*s3 + 400*s2*c3 + pz2
+    nx4 = nx3*c4 + ox3*s4
+    ax4 = nx3*s4 - ox3*c4
+    px4 = px3 + 200*s1
+    ny4 = ny3*c4 + oy3*s4
+    ay4 = ny3*s4 - oy3*c4
+    py4 = py3 - 200*c1
+    nz4 = nz3*c4 + oz3*s4
+    az4 = nz3*s4 - oz3*c4
+    nx5 = nx4*c5 + s1*s5
+    ax5 = s1*c5 - nx4*s5
+    ny5 = ny4*c5 - c1*s5
+    ay5 = -c1*c5 - ny4*s5
+    az5 = -nz4*s5
+    nx6 = nx5*c6 - ax4*s6
+    ox6 = -ax4*c6 - nx5*s6
+    px6 = 100*ax5 + px4
+    ny6 = ny5*c6 - ay4*s6
+    oy6 = -ay4*c6 - ny5*s6
+    py6 = 100*ay5 + py4
+    nz6 = nz4*c5*c6 - az4*s6
+    oz6 = -az4*c6 - nz4*c5*s6
+    pz6 = 100*az5 + pz3
     T_0_1 = (
         (c1, 0, s1, 0),
         (s1, 0, -c1, 0),
@@ -186,8 +181,8 @@ def frames(q1: float, q2: float, q3: float, q4: float, q5: float, q6: float) -> 
         (0, 0, 0, 1),
     )
     T_0_2 = (
-        (c1 * c2, ox2, s1, px2),
-        (s1 * c2, oy2, -c1, py2),
+        (c1*c2, ox2, s1, px2),
+        (s1*c2, oy2, -c1, py2),
         (s2, c2, 0, pz2),
         (0, 0, 0, 1),
     )
@@ -206,7 +201,7 @@ def frames(q1: float, q2: float, q3: float, q4: float, q5: float, q6: float) -> 
     T_0_5 = (
         (nx5, -ax4, ax5, px4),
         (ny5, -ay4, ay5, py4),
-        (nz4 * c5, -az4, az5, pz3),
+        (nz4*c5, -az4, az5, pz3),
         (0, 0, 0, 1),
     )
     T_0_6 = (
@@ -219,12 +214,7 @@ def frames(q1: float, q2: float, q3: float, q4: float, q5: float, q6: float) -> 
 
 
 def frames_batch(
-    q1: np.ndarray,
-    q2: np.ndarray,
-    q3: np.ndarray,
-    q4: np.ndarray,
-    q5: np.ndarray,
-    q6: np.ndarray,
+    q1: np.ndarray, q2: np.ndarray, q3: np.ndarray, q4: np.ndarray, q5: np.ndarray, q6: np.ndarray,
 ) -> tuple:
     """T_0_1 .. T_0_6, each as rows of a 4x4 matrix. Columns in, columns out; constants are plain
     numbers."""
@@ -234,42 +224,42 @@ def frames_batch(
     s4, c4 = sincos(q4)
     s5, c5 = sincos(q5)
     s6, c6 = sincos(q6)
-    ox2 = -c1 * s2
-    px2 = 500 * c1 * c2
-    oy2 = -s1 * s2
-    py2 = 500 * s1 * c2
-    pz2 = 300 + 500 * s2
-    nx3 = c1 * c2 * c3 + ox2 * s3
-    ox3 = ox2 * c3 - c1 * c2 * s3
-    px3 = 400 * c1 * c2 * c3 + 400 * ox2 * s3 + px2
-    ny3 = s1 * c2 * c3 + oy2 * s3
-    oy3 = oy2 * c3 - s1 * c2 * s3
-    py3 = 400 * s1 * c2 * c3 + 400 * oy2 * s3 + py2
-    nz3 = c2 * s3 + s2 * c3
-    oz3 = c2 * c3 - s2 * s3
-    pz3 = 400 * c2 * s3 + 400 * s2 * c3 + pz2
-    nx4 = nx3 * c4 + ox3 * s4
-    ax4 = nx3 * s4 - ox3 * c4
-    px4 = px3 + 200 * s1
-    ny4 = ny3 * c4 + oy3 * s4
-    ay4 = ny3 * s4 - oy3 * c4
-    py4 = py3 - 200 * c1
-    nz4 = nz3 * c4 + oz3 * s4
-    az4 = nz3 * s4 - oz3 * c4
-    nx5 = nx4 * c5 + s1 * s5
-    ax5 = s1 * c5 - nx4 * s5
-    ny5 = ny4 * c5 - c1 * s5
-    ay5 = -c1 * c5 - ny4 * s5
-    az5 = -nz4 * s5
-    nx6 = nx5 * c6 - ax4 * s6
-    ox6 = -ax4 * c6 - nx5 * s6
-    px6 = 100 * ax5 + px4
-    ny6 = ny5 * c6 - ay4 * s6
-    oy6 = -ay4 * c6 - ny5 * s6
-    py6 = 100 * ay5 + py4
-    nz6 = nz4 * c5 * c6 - az4 * s6
-    oz6 = -az4 * c6 - nz4 * c5 * s6
-    pz6 = 100 * az5 + pz3
+    ox2 = -c1*s2
+    px2 = 500*c1*c2
+    oy2 = -s1*s2
+    py2 = 500*s1*c2
+    pz2 = 300 + 500*s2
+    nx3 = c1*c2*c3 + ox2*s3
+    ox3 = ox2*c3 - c1*c2*s3
+    px3 = 400*c1*c2*c3 + 400*ox2*s3 + px2
+    ny3 = s1*c2*c3 + oy2*s3
+    oy3 = oy2*c3 - s1*c2*s3
+    py3 = 400*s1*c2*c3 + 400*oy2*s3 + py2
+    nz3 = c2*s3 + s2*c3
+    oz3 = c2*c3 - s2*s3
+    pz3 = 400*c2*s3 + 400*s2*c3 + pz2
+    nx4 = nx3*c4 + ox3*s4
+    ax4 = nx3*s4 - ox3*c4
+    px4 = px3 + 200*s1
+    ny4 = ny3*c4 + oy3*s4
+    ay4 = ny3*s4 - oy3*c4
+    py4 = py3 - 200*c1
+    nz4 = nz3*c4 + oz3*s4
+    az4 = nz3*s4 - oz3*c4
+    nx5 = nx4*c5 + s1*s5
+    ax5 = s1*c5 - nx4*s5
+    ny5 = ny4*c5 - c1*s5
+    ay5 = -c1*c5 - ny4*s5
+    az5 = -nz4*s5
+    nx6 = nx5*c6 - ax4*s6
+    ox6 = -ax4*c6 - nx5*s6
+    px6 = 100*ax5 + px4
+    ny6 = ny5*c6 - ay4*s6
+    oy6 = -ay4*c6 - ny5*s6
+    py6 = 100*ay5 + py4
+    nz6 = nz4*c5*c6 - az4*s6
+    oz6 = -az4*c6 - nz4*c5*s6
+    pz6 = 100*az5 + pz3
     T_0_1 = (
         (c1, 0, s1, 0),
         (s1, 0, -c1, 0),
@@ -277,8 +267,8 @@ def frames_batch(
         (0, 0, 0, 1),
     )
     T_0_2 = (
-        (c1 * c2, ox2, s1, px2),
-        (s1 * c2, oy2, -c1, py2),
+        (c1*c2, ox2, s1, px2),
+        (s1*c2, oy2, -c1, py2),
         (s2, c2, 0, pz2),
         (0, 0, 0, 1),
     )
@@ -297,7 +287,7 @@ def frames_batch(
     T_0_5 = (
         (nx5, -ax4, ax5, px4),
         (ny5, -ay4, ay5, py4),
-        (nz4 * c5, -az4, az5, pz3),
+        (nz4*c5, -az4, az5, pz3),
         (0, 0, 0, 1),
     )
     T_0_6 = (

@@ -15,7 +15,7 @@ from omx.dh import DHRow
 def dh_rows() -> tuple[DHRow, ...]:
     """The DH table, a row a joint: theta or d holds the offset that the joint variable is added to."""
     return (
-        DHRow(0.0, 300.0, 0.0, pi / 2),
+        DHRow(0.0, 300.0, 0.0, pi/2),
         DHRow(0.0, 0.0, 500.0, 0.0),
         DHRow(0.0, 0.0, 400.0, 0.0),
     )
@@ -26,20 +26,20 @@ def transform(q1: float, q2: float, q3: float) -> tuple:
     s1, c1 = sin(q1), cos(q1)
     s2, c2 = sin(q2), cos(q2)
     s3, c3 = sin(q3), cos(q3)
-    ox2 = -c1 * s2
-    px2 = 500 * c1 * c2
-    oy2 = -s1 * s2
-    py2 = 500 * s1 * c2
-    pz2 = 300 + 500 * s2
-    nx3 = c1 * c2 * c3 + ox2 * s3
-    ox3 = ox2 * c3 - c1 * c2 * s3
-    px3 = 400 * c1 * c2 * c3 + 400 * ox2 * s3 + px2
-    ny3 = s1 * c2 * c3 + oy2 * s3
-    oy3 = oy2 * c3 - s1 * c2 * s3
-    py3 = 400 * s1 * c2 * c3 + 400 * oy2 * s3 + py2
-    nz3 = c2 * s3 + s2 * c3
-    oz3 = c2 * c3 - s2 * s3
-    pz3 = 400 * c2 * s3 + 400 * s2 * c3 + pz2
+    ox2 = -c1*s2
+    px2 = 500*c1*c2
+    oy2 = -s1*s2
+    py2 = 500*s1*c2
+    pz2 = 300 + 500*s2
+    nx3 = c1*c2*c3 + ox2*s3
+    ox3 = ox2*c3 - c1*c2*s3
+    px3 = 400*c1*c2*c3 + 400*ox2*s3 + px2
+    ny3 = s1*c2*c3 + oy2*s3
+    oy3 = oy2*c3 - s1*c2*s3
+    py3 = 400*s1*c2*c3 + 400*oy2*s3 + py2
+    nz3 = c2*s3 + s2*c3
+    oz3 = c2*c3 - s2*s3
+    pz3 = 400*c2*s3 + 400*s2*c3 + pz2
     return (
         (nx3, ox3, s1, px3),
         (ny3, oy3, -c1, py3),
@@ -53,20 +53,20 @@ def transform_batch(q1: np.ndarray, q2: np.ndarray, q3: np.ndarray) -> tuple:
     s1, c1 = sincos(q1)
     s2, c2 = sincos(q2)
     s3, c3 = sincos(q3)
-    ox2 = -c1 * s2
-    px2 = 500 * c1 * c2
-    oy2 = -s1 * s2
-    py2 = 500 * s1 * c2
-    pz2 = 300 + 500 * s2
-    nx3 = c1 * c2 * c3 + ox2 * s3
-    ox3 = ox2 * c3 - c1 * c2 * s3
-    px3 = 400 * c1 * c2 * c3 + 400 * ox2 * s3 + px2
-    ny3 = s1 * c2 * c3 + oy2 * s3
-    oy3 = oy2 * c3 - s1 * c2 * s3
-    py3 = 400 * s1 * c2 * c3 + 400 * oy2 * s3 + py2
-    nz3 = c2 * s3 + s2 * c3
-    oz3 = c2 * c3 - s2 * s3
-    pz3 = 400 * c2 * s3 + 400 * s2 * c3 + pz2
+    ox2 = -c1*s2
+    px2 = 500*c1*c2
+    oy2 = -s1*s2
+    py2 = 500*s1*c2
+    pz2 = 300 + 500*s2
+    nx3 = c1*c2*c3 + ox2*s3
+    ox3 = ox2*c3 - c1*c2*s3
+    px3 = 400*c1*c2*c3 + 400*ox2*s3 + px2
+    ny3 = s1*c2*c3 + oy2*s3
+    oy3 = oy2*c3 - s1*c2*s3
+    py3 = 400*s1*c2*c3 + 400*oy2*s3 + py2
+    nz3 = c2*s3 + s2*c3
+    oz3 = c2*c3 - s2*s3
+    pz3 = 400*c2*s3 + 400*s2*c3 + pz2
     return (
         (nx3, ox3, s1, px3),
         (ny3, oy3, -c1, py3),
@@ -80,20 +80,20 @@ def frames(q1: float, q2: float, q3: float) -> tuple:
     s1, c1 = sin(q1), cos(q1)
     s2, c2 = sin(q2), cos(q2)
     s3, c3 = sin(q3), cos(q3)
-    ox2 = -c1 * s2
-    px2 = 500 * c1 * c2
-    oy2 = -s1 * s2
-    py2 = 500 * s1 * c2
-    pz2 = 300 + 500 * s2
-    nx3 = c1 * c2 * c3 + ox2 * s3
-    ox3 = ox2 * c3 - c1 * c2 * s3
-    px3 = 400 * c1 * c2 * c3 + 400 * ox2 * s3 + px2
-    ny3 = s1 * c2 * c3 + oy2 * s3
-    oy3 = oy2 * c3 - s1 * c2 * s3
-    py3 = 400 * s1 * c2 * c3 + 400 * oy2 * s3 + py2
-    nz3 = c2 * s3 + s2 * c3
-    oz3 = c2 * c3 - s2 * s3
-    pz3 = 400 * c2 * s3 + 400 * s2 * c3 + pz2
+    ox2 = -c1*s2
+    px2 = 500*c1*c2
+    oy2 = -s1*s2
+    py2 = 500*s1*c2
+    pz2 = 300 + 500*s2
+    nx3 = c1*c2*c3 + ox2*s3
+    ox3 = ox2*c3 - c1*c2*s3
+    px3 = 400*c1*c2*c3 + 400*ox2*s3 + px2
+    ny3 = s1*c2*c3 + oy2*s3
+    oy3 = oy2*c3 - s1*c2*s3
+    py3 = 400*s1*c2*c3 + 400*oy2*s3 + py2
+    nz3 = c2*s3 + s2*c3
+    oz3 = c2*c3 - s2*s3
+    pz3 = 400*c2*s3 + 400*s2*c3 + pz2
     T_0_1 = (
         (c1, 0, s1, 0),
         (s1, 0, -c1, 0),
@@ -101,8 +101,8 @@ def frames(q1: float, q2: float, q3: float) -> tuple:
         (0, 0, 0, 1),
     )
     T_0_2 = (
-        (c1 * c2, ox2, s1, px2),
-        (s1 * c2, oy2, -c1, py2),
+        (c1*c2, ox2, s1, px2),
+        (s1*c2, oy2, -c1, py2),
         (s2, c2, 0, pz2),
         (0, 0, 0, 1),
     )
@@ -121,20 +121,20 @@ def frames_batch(q1: np.ndarray, q2: np.ndarray, q3: np.ndarray) -> tuple:
     s1, c1 = sincos(q1)
     s2, c2 = sincos(q2)
     s3, c3 = sincos(q3)
-    ox2 = -c1 * s2
-    px2 = 500 * c1 * c2
-    oy2 = -s1 * s2
-    py2 = 500 * s1 * c2
-    pz2 = 300 + 500 * s2
-    nx3 = c1 * c2 * c3 + ox2 * s3
-    ox3 = ox2 * c3 - c1 * c2 * s3
-    px3 = 400 * c1 * c2 * c3 + 400 * ox2 * s3 + px2
-    ny3 = s1 * c2 * c3 + oy2 * s3
-    oy3 = oy2 * c3 - s1 * c2 * s3
-    py3 = 400 * s1 * c2 * c3 + 400 * oy2 * s3 + py2
-    nz3 = c2 * s3 + s2 * c3
-    oz3 = c2 * c3 - s2 * s3
-    pz3 = 400 * c2 * s3 + 400 * s2 * c3 + pz2
+    ox2 = -c1*s2
+    px2 = 500*c1*c2
+    oy2 = -s1*s2
+    py2 = 500*s1*c2
+    pz2 = 300 + 500*s2
+    nx3 = c1*c2*c3 + ox2*s3
+    ox3 = ox2*c3 - c1*c2*s3
+    px3 = 400*c1*c2*c3 + 400*ox2*s3 + px2
+    ny3 = s1*c2*c3 + oy2*s3
+    oy3 = oy2*c3 - s1*c2*s3
+    py3 = 400*s1*c2*c3 + 400*oy2*s3 + py2
+    nz3 = c2*s3 + s2*c3
+    oz3 = c2*c3 - s2*s3
+    pz3 = 400*c2*s3 + 400*s2*c3 + pz2
     T_0_1 = (
         (c1, 0, s1, 0),
         (s1, 0, -c1, 0),
@@ -142,8 +142,8 @@ def frames_batch(q1: np.ndarray, q2: np.ndarray, q3: np.ndarray) -> tuple:
         (0, 0, 0, 1),
     )
     T_0_2 = (
-        (c1 * c2, ox2, s1, px2),
-        (s1 * c2, oy2, -c1, py2),
+        (c1*c2, ox2, s1, px2),
+        (s1*c2, oy2, -c1, py2),
         (s2, c2, 0, pz2),
         (0, 0, 0, 1),
     )
