@@ -28,7 +28,7 @@ LANGUAGE = {
 }
 CELL_METADATA = ("mystnb", "slideshow", "tags")
 PICTURE_TYPES = ("image/", "video/", "application/vnd.jupyter.widget", "application/javascript")
-PICTURE_HTML = ("<script", "<iframe", "<img", "<canvas", "<video", "<svg")
+PICTURE_HTML = ("<script", "<iframe", "<img", "<canvas", "<video", "<svg", 'class="omx-')
 
 
 def lines_of(text):
@@ -70,14 +70,18 @@ def clean_data(data):
 
 def clean_outputs(outputs):
     """What of a cell's outputs is stored: no pictures, neighbouring pieces of one stream joined."""
+    kept = join_streams([clean_output(output) for output in outputs if not is_picture(output)])
+    return [{**output, "text": lines_of(output["text"])} if "text" in output else output for output in kept]
+
+
+def join_streams(outputs):
+    """The outputs with neighbouring pieces of one stream joined into one string: where they were cut is chance."""
     kept = []
     for output in outputs:
-        if is_picture(output):
-            continue
-        output = clean_output(output)
-        same_stream = kept and "name" in output and kept[-1].get("name") == output["name"]
-        if same_stream:
-            kept[-1]["text"] = lines_of(text_of(kept[-1]["text"]) + text_of(output["text"]))
+        if "name" in output:
+            output = {**output, "text": text_of(output["text"])}
+        if kept and "name" in output and kept[-1].get("name") == output["name"]:
+            kept[-1]["text"] += output["text"]
         else:
             kept.append(output)
     return kept
