@@ -163,7 +163,15 @@ def stored_outputs(cells):
                 yield number, "stores an output with an address, a colour code or an absolute path"
 
 
+def filled(cells):
+    """What `python run.py new-chapter` leaves to the author stands in «...»."""
+    for number, cell in enumerate(cells, 1):
+        for words in re.findall(r"«[^»]*»", source(cell)):
+            yield number, f"still says {words}: write it"
+
+
 RULES = (
+    filled,
     one_title,
     one_hook,
     three_objectives,

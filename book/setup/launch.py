@@ -24,7 +24,8 @@ class Command(NamedTuple):
 COMMANDS = (
     Command("lab", "notebooks", (), "open JupyterLab: lab [chapter] [JupyterLab's own options]"),
     Command("test", "tests", ("-m pytest",), "run every test: test [pytest's own options]"),
-    Command("check", "notebooks", ("-m ruff check .", "-m book.chapters.lint"), "lint code and chapters [chapter]"),
+    Command("check", "notebooks", ("-m book.chapters.check",), "lint code and chapters: check [chapter]"),
+    Command("new-chapter", "notebooks", ("-m book.chapters.new",), "begin a chapter: new-chapter TOPIC"),
     Command("generate", "notebooks", ("-m book.chapters.generate",), "write omx/generated anew [--check]"),
     Command("execute", "notebooks", ("-m book.chapters.execute",), "run notebooks again and store their outputs"),
     Command("student", "notebooks", ("-m book.chapters.student",), "write the copies without solutions"),
@@ -42,7 +43,7 @@ def main(argv):
     commands = {command.name: command for command in COMMANDS if (ROOT / command.needs).exists()}
     if not argv or argv[0] in ("-h", "--help", "help"):
         print("usage: python run.py COMMAND [...]\n")
-        print("\n".join(f"  {command.name:<9}{command.help}" for command in commands.values()))
+        print("\n".join(f"  {command.name:<13}{command.help}" for command in commands.values()))
         return 0
     try:
         if argv[0] not in commands:

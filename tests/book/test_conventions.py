@@ -5,7 +5,8 @@ import json
 
 import pytest
 
-from book.chapters import lint, normalise
+from book.chapters import lint, new, normalise
+from book.setup.paths import Stop
 from tests.helpers.chapter import chapter, code, markdown
 
 CHAPTERS = sorted(normalise.NOTEBOOKS.glob("*.ipynb"))
@@ -132,3 +133,26 @@ def test_the_start_chapter_needs_no_exercises(tmp_path):
     cells = [cell for cell in cells if not {"exercise", "solution", "check"} & set(cell["metadata"]["tags"])]
     assert problems(tmp_path, cells, "00-scratch.ipynb") == []
     assert "has no section '## Exercises'" in "\n".join(problems(tmp_path, cells))
+
+
+# ---- a new chapter ----------------------------------------------------------------------------------------
+
+
+def test_a_new_chapter_runs_and_lacks_only_its_words(monkeypatch, tmp_path):
+    first = sorted(normalise.NOTEBOOKS.glob("*.ipynb"))[-1]
+    (tmp_path / first.name).write_bytes(first.read_bytes())
+    monkeypatch.setattr(new, "NOTEBOOKS", tmp_path)
+    path = new.new("light-and-shadow")
+    assert path.name == f"{int(first.name[:2]) + 1:02}-light-and-shadow.ipynb"
+    complaints = lint.problems(path)
+    assert all("still says «" in line or "hook of one sentence" in line for line in complaints), complaints
+    with pytest.raises(Stop, match="hyphens"):
+        new.new("Light and shadow")
+
+
+def test_a_chapter_is_named_by_its_beginning():
+    (path,) = normalise.chapters(["03"])
+    assert path.name.startswith("03-")
+    assert normalise.chapters([str(path)]) == [path]
+    with pytest.raises(Stop, match="There is no chapter '77'"):
+        normalise.chapters(["77"])
