@@ -85,6 +85,15 @@ class Chain:
         frames = self.frames(q)
         return frames[-1] if isinstance(frames, list) else frames[..., -1, :, :]
 
+    def jacobian(self, q) -> np.ndarray:
+        """The geometric Jacobian, (..., 6, n), base frame: linear rows (mm/rad; 1 where prismatic), then angular."""
+        frames = self.frames(self._as_values(q))
+        z, origins = frames[..., :-1, :3, 2], frames[..., :-1, :3, 3]
+        slides = np.array([row.prismatic for row in self.rows])[:, None]
+        swept = np.cross(z, frames[..., -1:, :3, 3] - origins)
+        columns = np.concatenate([np.where(slides, z, swept), np.where(slides, 0.0, z)], axis=-1)
+        return np.swapaxes(columns, -1, -2)
+
     def violations(self, q) -> tuple[Violation, ...]:
         """Every joint of `q` (n,) that is outside its limits; empty if all are inside, or there are none."""
         q = self._as_values(q)

@@ -60,7 +60,7 @@ class _Job(NamedTuple):
 
     samples: int
     seed: int
-    arm: Geometry | Chain
+    geometry: Geometry | Chain
     limits: tuple
     draw: Callable
     keep: Callable | None
@@ -82,23 +82,25 @@ def stratified(random: np.random.Generator, rows: int, columns: int) -> np.ndarr
     return (order + random.random((rows, columns))) / rows
 
 
-def sample_joints(samples: int, seed: int = 0, arm: Geometry | Chain = COURSE, limits=None, draw=uniform) -> np.ndarray:
+def sample_joints(
+    samples: int, seed: int = 0, geometry: Geometry | Chain = COURSE, limits=None, draw=uniform
+) -> np.ndarray:
     """`samples` configurations within the joint limits, (samples, joints), the same for the same seed.
 
     `limits`: the chain's own, or `omx.LIMITS`, if left out. `draw`: `uniform` or `stratified`. Raises `BadInput`.
     """
-    job = _Job(_checked(samples), seed, arm, _limits(arm, limits), draw, None, (), 0.0)
+    job = _Job(_checked(samples), seed, geometry, _limits(geometry, limits), draw, None, (), 0.0)
     return np.vstack([_block(job, i) for i in range(-(-samples // BLOCK))])
 
 
-def tips(q, arm: Geometry | Chain = COURSE) -> np.ndarray:
+def tips(q, geometry: Geometry | Chain = COURSE) -> np.ndarray:
     """The tip's position (..., 3), mm, for joint values q (..., joints)."""
-    if isinstance(arm, Chain):
-        return arm.fk(q)[..., :3, 3]
-    return kinematics.pose(np.asarray(q, float), arm)[..., :3]
+    if isinstance(geometry, Chain):
+        return geometry.fk(q)[..., :3, 3]
+    return kinematics.pose(np.asarray(q, float), geometry)[..., :3]
 
 
-def count_plane(samples: int, seed: int = 0, *, arm: Geometry | Chain = COURSE, limits=None, step: float = 5.0,
+def count_plane(samples: int, seed: int = 0, *, geometry: Geometry | Chain = COURSE, limits=None, step: float = 5.0,
                 draw=uniform, keep=None, executor: Executor | None = None, progress=None) -> Counts:  # fmt: skip
     """Tips in cells of the plane: `counts` with the axes r, z.
 
@@ -107,18 +109,18 @@ def count_plane(samples: int, seed: int = 0, *, arm: Geometry | Chain = COURSE, 
     `executor`: anything with the `map` of `concurrent.futures`; threads if left out. `progress(done, samples)` is
     called as the work proceeds, for example `text_bar`. The counts do not depend on either. Raises `BadInput`.
     """
-    (z_low, z_high), reach = _span(arm, limits)
-    axes = (centres(-reach if isinstance(arm, Geometry) else 0.0, reach, step), centres(z_low, z_high, step))
-    job = _Job(_checked(samples), seed, arm, _limits(arm, limits), draw, keep, axes, step)
+    (z_low, z_high), reach = _span(geometry, limits)
+    axes = (centres(-reach if isinstance(geometry, Geometry) else 0.0, reach, step), centres(z_low, z_high, step))
+    job = _Job(_checked(samples), seed, geometry, _limits(geometry, limits), draw, keep, axes, step)
     return _count(job, _plane, executor, progress)
 
 
-def count_space(samples: int, seed: int = 0, *, arm: Geometry | Chain = COURSE, limits=None, step: float = 10.0,
+def count_space(samples: int, seed: int = 0, *, geometry: Geometry | Chain = COURSE, limits=None, step: float = 10.0,
                 draw=uniform, keep=None, executor: Executor | None = None, progress=None) -> Counts:  # fmt: skip
     """Tips in cubes of space: `counts` with the axes x, y, z; the other arguments are those of `count_plane`."""
-    (z_low, z_high), reach = _span(arm, limits)
+    (z_low, z_high), reach = _span(geometry, limits)
     axes = (*[centres(-reach, reach, step)] * 2, centres(z_low, z_high, step))
-    job = _Job(_checked(samples), seed, arm, _limits(arm, limits), draw, keep, axes, step)
+    job = _Job(_checked(samples), seed, geometry, _limits(geometry, limits), draw, keep, axes, step)
     return _count(job, _space, executor, progress)
 
 
@@ -151,7 +153,7 @@ def _task(job: _Job, project, first: int) -> np.ndarray:
         if job.keep is not None:
             q = q[np.asarray(job.keep(q), bool)]
         if len(q):
-            total += np.bincount(_cells(job, project(q, job.arm)), minlength=len(total))
+            total += np.bincount(_cells(job, project(q, job.geometry)), minlength=len(total))
     return total
 
 
@@ -174,34 +176,34 @@ def _cells(job: _Job, points: list[np.ndarray]) -> np.ndarray:
     return number
 
 
-def _plane(q: np.ndarray, arm: Geometry | Chain) -> list[np.ndarray]:
-    if isinstance(arm, Geometry):
+def _plane(q: np.ndarray, geometry: Geometry | Chain) -> list[np.ndarray]:
+    if isinstance(geometry, Geometry):
         q[:, 0] = 0.0
-        x, _, z = tips(q, arm).T
+        x, _, z = tips(q, geometry).T
         return [x, z]
-    x, y, z = tips(q, arm).T
+    x, y, z = tips(q, geometry).T
     return [np.hypot(x, y), z]
 
 
-def _space(q: np.ndarray, arm: Geometry | Chain) -> list[np.ndarray]:
-    return list(tips(q, arm).T)
+def _space(q: np.ndarray, geometry: Geometry | Chain) -> list[np.ndarray]:
+    return list(tips(q, geometry).T)
 
 
-def _span(arm: Geometry | Chain, limits) -> tuple[tuple[float, float], float]:
+def _span(geometry: Geometry | Chain, limits) -> tuple[tuple[float, float], float]:
     """The height, (low, high), and the distance from the z axis (mm) that the tip cannot exceed: all links in line."""
-    if isinstance(arm, Geometry):
-        reach = arm.L2 + arm.L3 + arm.L4
-        return (arm.L1 - reach, arm.L1 + reach), reach
+    if isinstance(geometry, Geometry):
+        reach = geometry.L2 + geometry.L3 + geometry.L4
+        return (geometry.L1 - reach, geometry.L1 + reach), reach
     reach = 0.0
-    for row, (low, high) in zip(arm.rows, _limits(arm, limits), strict=True):
+    for row, (low, high) in zip(geometry.rows, _limits(geometry, limits), strict=True):
         slide = max(abs(row.d + low), abs(row.d + high)) if row.prismatic else abs(row.d)
         reach += float(np.hypot(row.a, slide))
     return (-reach, reach), reach
 
 
-def _limits(arm: Geometry | Chain, limits) -> tuple:
-    limits = limits or (arm.limits if isinstance(arm, Chain) else LIMITS)
-    joints = len(arm) if isinstance(arm, Chain) else 4
+def _limits(geometry: Geometry | Chain, limits) -> tuple:
+    limits = limits or (geometry.limits if isinstance(geometry, Chain) else LIMITS)
+    joints = len(geometry) if isinstance(geometry, Chain) else 4
     if limits is None or len(limits) != joints:
         raise BadInput(f"`limits` must give (low, high) for each of the {joints} joints; got {limits}.")
     return tuple((float(low), float(high)) for low, high in limits)
