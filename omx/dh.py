@@ -128,7 +128,8 @@ class Chain:
         if np.shape(q) not in ((len(self),), (len(self), 1), (1, len(self))):
             raise BadInput(f"`q` must be {len(self)} symbols or numbers, one a joint; got shape {np.shape(q)}.")
         return [
-            sp.Matrix(link_rows(*row.at(variable), sp.cos, sp.sin)) for row, variable in zip(self.rows, q, strict=True)
+            sp.Matrix(link_rows(*exact(row).at(variable), sp.cos, sp.sin))
+            for row, variable in zip(self.rows, np.ravel(q).tolist(), strict=True)
         ]
 
 
@@ -141,6 +142,33 @@ def _as_row(row, number: int) -> DHRow:
     if not good:
         raise BadInput(f"row {number} must be a DHRow of numbers or SymPy expressions; got {row!r}.")
     return row
+
+
+def exact(row: DHRow) -> DHRow:
+    """The row for SymPy: angles that are multiples of 15 deg exact, so that their cosines are 0, 1/2, ...
+
+    Entries may be numbers or expressions: `delta - 1.5707963` becomes `delta - pi/2`, a length 77.0 becomes 77.
+    """
+    return DHRow(exact_angle(row.theta), _length(row.d), _length(row.a), exact_angle(row.alpha), row.prismatic)
+
+
+def exact_angle(value):
+    """An angle as a SymPy expression, a constant in it that is a multiple of 15 deg exact."""
+    import sympy as sp
+
+    constant, rest = sp.sympify(value, strict=True).as_coeff_Add()
+    if constant.is_Float:
+        steps = round(float(constant / (sp.pi / 12)))
+        near = abs(float(constant - steps * sp.pi / 12)) < 1e-12
+        constant = steps * sp.pi / 12 if near else constant
+    return constant + rest
+
+
+def _length(value):
+    import sympy as sp
+
+    value = sp.sympify(value, strict=True)
+    return sp.Integer(int(value)) if value.is_Float and float(value).is_integer() else value
 
 
 def as_limits(limits, joints: int) -> tuple[tuple[float, float], ...]:

@@ -13,9 +13,11 @@ import numpy as np
 from ..arm import TICKS_PER_TURN
 from ..arrays import as_rows
 from ..errors import BadInput, NotIdentifiable
-from ..generated.fk import PARAMETERS
+from ..generated import fk as _fk
 from ..geometry import COURSE, Geometry
 from ..kinematics import jacobian, pose
+
+PARAMETERS = _fk.PARAMETERS
 
 #: One tick of the servo's encoder (rad): 0.088 deg.
 TICK = 2 * pi / TICKS_PER_TURN

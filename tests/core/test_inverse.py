@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import omx
 from omx import COURSE, HOME, LIMITS
+from omx.kinematics import ON_AXIS
 from tests.helpers import oracles
 
 GEOMETRIES = [COURSE, omx.MAKER, COURSE.replace("long forearm", L3=150.0), COURSE.replace("no dog-leg", delta=0.0)]
@@ -345,7 +346,7 @@ def test_solve_ik_answers_truly_or_says_why_not(x, y, z, pitch):
         assert all(v.excess > 0 for v in answer.violations)
         assert not COURSE.chain.violations(answer.nearest)
     else:
-        assert oracles.pose_gap(omx.pose(answer), (x, y, z, pitch)) < EXACT
+        assert oracles.pose_gap(omx.pose(answer), (x, y, z, pitch)) < EXACT + 2 * ON_AXIS
         assert not COURSE.chain.violations(answer.q)
 
 
