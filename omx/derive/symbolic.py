@@ -95,7 +95,10 @@ def residual(difference, relations=()):
 def _reduce_square(expression, base, square):
     """`expression` with base**2 replaced by `square` until only base**0 and base**1 are left."""
     marker = sp.Dummy("base")
-    polynomial = sp.Poly(expression.xreplace({base: marker}), marker)
+    try:
+        polynomial = sp.Poly(expression.xreplace({base: marker}), marker)
+    except sp.PolynomialError:  # the base is under a root, or in an arc: nothing to reduce
+        return expression
     total = sp.Integer(0)
     for (power,), coefficient in polynomial.terms():
         total += coefficient * square ** (power // 2) * base ** (power % 2)
