@@ -5,13 +5,13 @@ the last link above the horizontal, -(q2 + q3 + q4). Derived in chapters 03 to 0
 """
 
 import warnings
-from math import isfinite, pi, remainder, tau
+from math import isfinite, nan, pi, remainder, tau
 from typing import NamedTuple
 
 import numpy as np
 
 from .arm import HOME, LIMITS
-from .arrays import as_rows, fill, in_blocks
+from .arrays import as_rows, fill, in_blocks, is_foreign, namespace, stacked, wrap
 from .dh import as_limits, clipped, limit_violations
 from .errors import BadInput, JointLimit, Unreachable, Violation
 from .generated import fk as _fk
@@ -103,6 +103,8 @@ def fk(q, geometry: Geometry = COURSE) -> np.ndarray:
     q = _four_or_rows(q, "q", JOINT_ANGLES)
     if type(q) is tuple:
         return np.array(_fk.transform(*(q + geometry.values)))
+    if is_foreign(q):
+        return _foreign(_fk.transform_batch, q, geometry)
     return _matrices(_fk.transform_batch, q, geometry, (4, 4))
 
 
@@ -113,7 +115,7 @@ def pose(q, geometry: Geometry = COURSE):
     """
     q = _four_or_rows(q, "q", JOINT_ANGLES)
     if type(q) is not tuple:
-        return _pose_batch(q, geometry)
+        return _foreign(_fk.pose_batch, q, geometry) if is_foreign(q) else _pose_batch(q, geometry)
     x, y, z, pitch = _fk.pose(*(q + geometry.values))
     return _new(Pose, (x, y, z, pitch if pitch > -pi else pi))
 
@@ -121,6 +123,9 @@ def pose(q, geometry: Geometry = COURSE):
 def frames(q, geometry: Geometry = COURSE) -> np.ndarray:
     """T_0_0 .. T_0_4, (..., 5, 4, 4), mm: the base frame, then the frame that moves with each joint."""
     q = _four_or_rows(q, "q", JOINT_ANGLES)
+    if is_foreign(q):
+        base = tuple(tuple(float(i == j) for j in range(4)) for i in range(4))
+        return _foreign(lambda *columns: (base, *_fk.frames_batch(*columns)), q, geometry)
     if type(q) is not tuple:
         return geometry.chain.frames(q)
     out = np.empty((5, 4, 4))
@@ -134,6 +139,8 @@ def jacobian(q, geometry: Geometry = COURSE) -> np.ndarray:
     q = _four_or_rows(q, "q", JOINT_ANGLES)
     if type(q) is tuple:
         return np.array(_jacobian.jacobian(*(q + geometry.values)))
+    if is_foreign(q):
+        return _foreign(_jacobian.jacobian_batch, q, geometry)
     return _matrices(_jacobian.jacobian_batch, q, geometry, (6, 4))
 
 
@@ -173,6 +180,8 @@ def ik_batch(poses, geometry: Geometry = COURSE, limits=LIMITS) -> tuple[np.ndar
 
     Angles are in (-pi, pi], and NaN where a branch is out of reach. Raises `BadInput`.
     """
+    if is_foreign(poses):
+        return _ik_foreign(_of_four(poses, "poses", TASK_POSE), geometry, _checked(limits))
     poses = as_rows(poses, "poses", 4, TASK_POSE)
     if poses.ndim != 2:
         raise BadInput(f"`poses` must have shape (N, 4); got {poses.shape}. For one pose use `ik`.")
@@ -253,6 +262,30 @@ def _matrices(function, q: np.ndarray, geometry: Geometry, shape: tuple[int, int
     return out.reshape(*q.shape[:-1], *shape)
 
 
+def _foreign(function, q, geometry: Geometry):
+    """A generated batch function on an array (..., 4) of another library, which is what comes out."""
+    columns = [q[..., j] for j in range(4)]
+    return stacked(function(*columns, *geometry.values), columns[0])
+
+
+def _ik_foreign(poses, geometry: Geometry, limits):
+    """`ik_batch` for an array (..., 4) of another library: without blocks, and without a look at its values."""
+    xp = namespace(poses)
+    x, y, z, pitch = (poses[..., j] for j in range(4))
+    *angles, D_front, D_back = _ik.branches_batch(x + 0.0, y + 0.0, z, wrap(pitch), *geometry.values)
+    within = {front: xp.abs(D) <= 1.0 + REACH_SLACK for front, D in ((True, D_front), (False, D_back))}
+    q, legal = [], []
+    for (front, _), (q1, *rest) in zip(BRANCHES, angles, strict=True):
+        joints = (xp.where(q1 == -pi, pi, q1), *rest)
+        inside = within[front]
+        for angle, (low, high) in zip(joints, limits, strict=True):
+            inside = inside & (angle >= low - LIMIT_SLACK) & (angle <= high + LIMIT_SLACK)
+        q.append(tuple(xp.where(within[front], angle, nan) for angle in joints))
+        legal.append(inside)
+    reachable = tuple(within[front] for front, _ in BRANCHES)
+    return stacked(tuple(q), x), stacked(reachable, x), stacked(tuple(legal), x)
+
+
 def _ik_block(columns, geometry, limits, q, reachable, legal) -> None:
     """Fill q (4, 4, n), reachable and legal (4, n) for one block of poses, (4, n)."""
     x, y, z, pitch = columns
@@ -284,8 +317,17 @@ def _four_or_rows(value, name: str, wanted: str):
             return a, b, c, d
     except (TypeError, ValueError):  # not four numbers: a batch, or a mistake that `as_rows` explains
         pass
+    if is_foreign(value):
+        return _of_four(value, name, wanted)
     rows = as_rows(value, name, 4, wanted)
     return tuple(rows.tolist()) if rows.ndim == 1 else rows
+
+
+def _of_four(array, name: str, wanted: str):
+    """An array of another library with four columns; `BadInput` otherwise. Its values are its own business."""
+    if array.ndim == 0 or array.shape[-1] != 4:
+        raise BadInput(f"`{name}` must be {wanted}, shape (4,) or (..., 4); got shape {tuple(array.shape)}.")
+    return array
 
 
 def _four(value, name: str, wanted: str) -> tuple[float, float, float, float]:

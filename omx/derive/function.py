@@ -14,7 +14,8 @@ from .printer import BATCH, SCALAR
 
 #: Names that the written modules use themselves, in Python or in JavaScript.
 RESERVED = {
-    *keyword.kwlist, *SCALAR.imports, *BATCH.imports, "abs", "max", "min", "float", "tuple", "DHRow", "PARAMETERS",
+    *keyword.kwlist, *SCALAR.imports, *BATCH.imports, "xp", "abs", "max", "min", "float", "tuple", "DHRow",
+    "PARAMETERS",
     "dh_rows", "Math", "_", "const", "let", "var", "new", "this", "function", "export", "delete", "switch",
 }  # fmt: skip
 

@@ -1,14 +1,13 @@
 """Forward kinematics of the Stanford arm.
 
 Written by notebooks/10-other-arms.ipynb. Do not edit: change the chapter and run it.
-Lengths are in mm, angles in rad. `..._batch` is the same formula for columns (NumPy arrays of one shape).
+Lengths are in mm, angles in rad. `..._batch` is the same formula for columns: arrays of one
+shape, NumPy's or those of another library that keeps to the array API standard.
 """
 
 from math import cos, pi, sin
 
-import numpy as np
-
-from omx.arrays import sincos
+from omx.arrays import Array, sincos
 from omx.dh import DHRow
 
 #: The arm's lengths (mm) and angles (rad), in the order in which every function takes them.
@@ -76,7 +75,7 @@ def transform(
 
 
 def transform_batch(
-    q1: np.ndarray, q2: np.ndarray, d3: np.ndarray, q4: np.ndarray, q5: np.ndarray, q6: np.ndarray,
+    q1: Array, q2: Array, d3: Array, q4: Array, q5: Array, q6: Array,
     d1: float, d2: float, d6: float,
 ) -> tuple:
     """T_0_6, rows of the 4x4 matrix. Columns in, columns out; constants are plain numbers."""
@@ -195,7 +194,7 @@ def frames(
 
 
 def frames_batch(
-    q1: np.ndarray, q2: np.ndarray, d3: np.ndarray, q4: np.ndarray, q5: np.ndarray, q6: np.ndarray,
+    q1: Array, q2: Array, d3: Array, q4: Array, q5: Array, q6: Array,
     d1: float, d2: float, d6: float,
 ) -> tuple:
     """T_0_1 .. T_0_6, each as rows of a 4x4 matrix. Columns in, columns out; constants are plain
