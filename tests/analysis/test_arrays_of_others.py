@@ -13,7 +13,7 @@ Q = np.random.default_rng(3).uniform(-1.4, 1.4, (5, 7, 4))
 POSES = np.concatenate(
     [omx.pose(Q.reshape(-1, 4)), [[900.0, 0.0, 100.0, 0.3], [0.0, 0.0, 300.0, 1.5], [100.0, 0.0, 80.0, 9.0]]]
 )
-KINDS = ("jax", "dask", "array_api_strict")
+KINDS = ("jax", "dask", "array_api_strict", "torch", "cupy")
 FUNCTIONS = {"pose": omx.pose, "fk": omx.fk, "frames": omx.frames, "jacobian": omx.jacobian}
 
 
@@ -27,7 +27,12 @@ def kind(request):
     if request.param == "dask":
         array = pytest.importorskip("dask.array")
         return (lambda a: array.from_array(a, chunks=(3,) * (a.ndim - 1) + (4,))), lambda a: a.compute()
-    return library.asarray, lambda a: np.from_dlpack(a)
+    if request.param == "torch":
+        device = "cuda" if library.cuda.is_available() else "cpu"
+        return (lambda a: library.asarray(a, device=device)), lambda a: a.cpu().numpy()
+    if request.param == "cupy":
+        return library.asarray, library.asnumpy
+    return library.asarray, np.from_dlpack
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
