@@ -310,6 +310,8 @@ def _checked(limits):
 
 def _four_or_rows(value, name: str, wanted: str):
     """A tuple of four plain floats, by the quick way; else a checked array (..., 4) with two axes or more."""
+    if hasattr(type(value), "ndim") and is_foreign(value):
+        return _of_four(value, name, wanted)
     try:
         a, b, c, d = value if type(value) is not np.ndarray or value.ndim != 1 else value.tolist()
         total = a + b + c + d
@@ -317,8 +319,6 @@ def _four_or_rows(value, name: str, wanted: str):
             return a, b, c, d
     except (TypeError, ValueError):  # not four numbers: a batch, or a mistake that `as_rows` explains
         pass
-    if is_foreign(value):
-        return _of_four(value, name, wanted)
     rows = as_rows(value, name, 4, wanted)
     return tuple(rows.tolist()) if rows.ndim == 1 else rows
 
