@@ -194,7 +194,7 @@ def test_current_based_position_holds_an_object_without_overload(bus_arm_clock):
     bus.write(15, "goal_current", 150)
     bus.write(15, "goal_position", 2560)
     clock.sleep(10.0)
-    assert arm.opening == pytest.approx(30.0, abs=0.1)
+    assert arm.opening == pytest.approx(30.0, abs=0.3)  # 27 N on either side press it a little
     assert bus.read(15, "present_current") == pytest.approx(150, abs=1)
     assert bus.read(15, "hardware_error") == 0
 
