@@ -38,7 +38,7 @@ class Line:
 
     def answer(self, packet: pk.Packet, now: float, baud: int | None = None) -> list[Frame]:
         """What comes back for one packet. `baud` is the sender's rate; None on a line that has none."""
-        servos = [s for s in self._servos if s.awake(now) and baud in (None, s.baud)]
+        servos = [s for s in self._servos if s.hears(now, baud)]
         everyone = packet.id == pk.BROADCAST
         addressed = servos if everyone else [s for s in servos if s.listens_to(packet.id)]
         for servo in addressed:
