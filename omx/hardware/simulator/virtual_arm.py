@@ -68,7 +68,7 @@ class VirtualArm:
         self.lock = threading.RLock()
         self.plugged = True
         self.now = 0.0
-        self.grasped: Grasped | None = None
+        self._between: Grasped | None = None
         self._hand = (0.0,) * 5
         self._connected = None
         self.faults = Faults(self)
@@ -106,6 +106,12 @@ class VirtualArm:
         return OPENING_AT_ZERO + 2 * FINGER_PER_RAD * self.joints[4].angle
 
     @property
+    def grasped(self) -> Grasped | None:
+        """What is between the fingers now."""
+        self.catch_up()
+        return self._between
+
+    @property
     def busy(self) -> bool:
         """False while nothing moves and no counter runs: then only a packet, or a deadline, changes anything."""
         return not all(servo.settled(self.time) for servo in self.servos)
@@ -128,7 +134,7 @@ class VirtualArm:
     def grip(self, width: float | None, mass_g: float = 0.0, stiffness: float = 200.0):
         """Hold an object of `width` (mm) between the fingers, or take it away (None); see `Grasped`."""
         self.catch_up()
-        self.grasped = None if width is None else Grasped(width, mass_g, stiffness)
+        self._between = None if width is None else Grasped(width, mass_g, stiffness)
         self.disturb()
 
     def unplug(self):
@@ -222,12 +228,12 @@ class VirtualArm:
 
     def _grasp(self) -> tuple[float, float]:
         """The torque (Nm) with which what is between the fingers keeps them open, and the mass that they carry (g)."""
-        it = self.grasped
+        it = self._between
         if it is None:
             return 0.0, 0.0
         force = it.pressed(self.joints[4].angle)
         if it.carried and it.slips(force):
-            self.grasped = None
+            self._between = None
             self.disturb()
             return 0.0, 0.0
         it.carried = force > 0 and not it.slips(force)
