@@ -31,6 +31,7 @@ from .errors import (
     Stalled,
     Stopped,
     TooFast,
+    TooHeavy,
     TorqueOff,
     Unreachable,
     ViewerMissing,
@@ -58,7 +59,7 @@ __all__ = [
     "BadInput", "BusCorrupt", "BusError", "BusTimeout", "Camera", "Chain", "Collision", "DHRow", "Geometry",
     "IKSolution", "JointLimit", "JointPanel", "LogError", "NotEqual", "NotIdentifiable", "NotReady", "OmxError",
     "PathBlocked", "PortBusy", "PortError", "PortLost", "Pose", "PosePanel", "Robot", "RobotPanel", "RowPanel",
-    "RowView", "ServoFault", "ServoLost", "ServoRefused", "ServoRestarted", "Stalled", "Stopped", "TooFast",
+    "RowView", "ServoFault", "ServoLost", "ServoRefused", "ServoRestarted", "Stalled", "Stopped", "TooFast", "TooHeavy",
     "TorqueOff", "Unreachable", "View", "ViewerMissing", "Violation", "Wrong", "WrongServo",
     "fk", "frames", "ik", "ik_batch", "jacobian", "pose", "solve_ik",
 ]  # fmt: skip
