@@ -194,7 +194,8 @@ def test_a_chapter_in_which_the_student_works():
     ],
 )
 def test_work_that_is_missing_is_named(old, new, message):
-    cells = [{**cell, "source": cell["source"].replace(old, old if new is None else new)} for cell in a_working_chapter()]
+    changed = old if new is None else new
+    cells = [{**cell, "source": cell["source"].replace(old, changed)} for cell in a_working_chapter()]
     cells = [cell for cell in cells if new is not None or old not in cell["source"]]
     assert message in "\n".join(what for _, what in lint.the_student_works(cells))
 

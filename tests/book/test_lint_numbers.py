@@ -19,7 +19,7 @@ SHOWN = code("width_deg = 12.5\nassert gap < 0.06", outputs=[printed("tip at 204
         "The tip is 204.765 mm up, or 204.8 mm, or 205 mm.",
         "It opens by 12.5°, the gap is below 0.06 mm, and 2000 samples were drawn.",
         "That is 0.205 m.",
-        "As chapter 13 says, joints 2, 3 and 4 of the XM430-W350 are parallel; T is 4x4; exercise 5.17, in 3-D, of 1955.",
+        "As chapter 13 says, joints 2, 3 and 4 of the XM430-W350 are parallel; T is 4x4; exercise 5.17, 3-D, 1955.",
         "Four rows, 3 links, a quarter turn of 90°.",
         "The formula $q + 17.3$ and the call `f(17.3)` and [the page](17.ipynb).",
         "# 14 · Two drawings",
