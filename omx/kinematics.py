@@ -51,9 +51,10 @@ _new = tuple.__new__
 class IKSolution:
     """One branch of the inverse. It can stand wherever four joint angles can: `omx.fk(solution)`.
 
-    `q`: four angles (rad) in (-pi, pi], None where out of reach. `front`: the arm reaches forward, not over its
-    back. `elbow_up`: the elbow is above the line from shoulder to wrist. `missing` (mm): how far the wrist is
-    out of reach, 0 if `reachable`. `violations`: each joint that is outside its limits.
+    `q`: four angles (rad) in (-pi, pi], None where out of reach. `front`: the arm faces the target, and does not
+    reach over its back. `elbow_up`: the forearm bends down from the upper arm's own direction (bend > 0); the elbow
+    is above the line from shoulder to wrist if the wrist is in front of the shoulder, below it if behind. `missing`
+    (mm): how far the wrist is out of reach, 0 if `reachable`. `violations`: each joint that is outside its limits.
     """
 
     __slots__ = ("elbow_up", "front", "missing", "q", "reachable", "violations")

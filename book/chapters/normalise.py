@@ -101,6 +101,8 @@ def clean_cell(cell, count):
     if slide_type(cell) == default_slide_type(cell):
         cleaned["metadata"].pop("slideshow", None)
     if kind == "code":
+        if "hide-input" in cleaned["metadata"].get("tags", ()):  # the site folds by the tag, JupyterLab by this
+            cleaned["metadata"]["jupyter"] = {"source_hidden": True}
         cleaned["outputs"] = clean_outputs(cell.get("outputs", []))
         cleaned["execution_count"] = count if cleaned["outputs"] else None
         for output in cleaned["outputs"]:

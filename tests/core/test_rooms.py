@@ -19,7 +19,7 @@ JUPYTER = {"IPython", "ipywidgets", "traitlets", "anywidget"}
 
 # Room -> (rooms that it may import from, third-party packages besides NumPy). CONTRIBUTING.md says what lives there.
 ROOMS = {
-    "derive": ({"small"}, {"sympy"}),
+    "derive": ({"small"}, {"sympy", "mpmath"}),
     "motion": ({"small"}, set()),
     "analysis": ({"small"}, {"numba"}),
     "hardware": ({"small", "motion"}, set()),
