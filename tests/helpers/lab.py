@@ -13,7 +13,7 @@ import urllib.request
 
 import psutil
 
-from book.setup import launch, paths
+from book.setup import paths
 
 START_TIMEOUT_S = 60
 
@@ -33,7 +33,7 @@ class Lab:
         settings["JUPYTERLAB_WORKSPACES_DIR"] = str(folder / "workspaces")
         self.log = (folder / "lab.log").open("w+")
         self.process = subprocess.Popen(
-            [sys.executable, *launch.lab_arguments([str(first), *options])],
+            [sys.executable, "-m", "book.reader.lab", "--author", str(first), *options],
             cwd=root,
             env={**paths.child_environment(), **settings},
             stdout=self.log,
