@@ -18,7 +18,8 @@ from pathlib import Path
 
 from book.chapters.cells import default_slide_type, slide_type, text_of
 from book.setup import names
-from book.setup.paths import NOTEBOOKS, Stop
+from book.setup.paths import NOTEBOOKS as NOTEBOOKS  # the tools that read chapters take it from here
+from book.setup.paths import Stop
 
 KERNELSPEC = {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"}
 LANGUAGE = {

@@ -59,8 +59,8 @@ def carry_over(folder=WORK):
         mine, fresh = read(target), edition(normalise.NOTEBOOKS / name)
         was = read(given) or fresh
         if not merge.by_id(mine).keys() & merge.by_id(was).keys():
-            print(f"{name}: its cells have lost their ids, so answers cannot be found; `reset {name[:2]}` gives the new "
-                  "edition and keeps yours.")  # fmt: skip
+            print(f"{name}: its cells have lost their ids, so nothing can be carried over; `reset {name[:2]}` gives "
+                  "the new edition and keeps yours.")  # fmt: skip
             continue
         kept = keep(target, folder)
         give(merge.merged(mine, was, fresh), fresh, target, given)

@@ -1,4 +1,4 @@
-"""The contents of the book as a notebook in the reader's folder, with progress; and each chapter's way to its neighbours."""
+"""The contents of the book as a notebook in the reader's folder, with progress; each chapter's way to the next."""
 
 import json
 import re

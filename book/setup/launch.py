@@ -26,9 +26,7 @@ COMMANDS = (
     Command("update", "notebooks", ("-m book.reader.folder update",), "bring in a new edition and keep all answers"),
     Command("reset", "notebooks", ("-m book.reader.folder reset",), "a chapter as it was; yours is kept: reset 03"),
     Command("solution", "notebooks", ("-m book.reader.solutions",), "show the solution of an exercise: solution 3.1"),
-    Command(
-        "handin", "notebooks", ("-m book.reader.handin",), "one HTML file of a chapter with its results: handin 03"
-    ),
+    Command("handin", "notebooks", ("-m book.reader.handin",), "a chapter and its results as one HTML file: handin 03"),
     Command("test", "tests", ("-m pytest",), "run every test: test [pytest's own options]"),
     Command("check", "notebooks", ("-m book.chapters.check",), "lint code and chapters: check [chapter]"),
     Command("new-chapter", "notebooks", ("-m book.chapters.new",), "begin a chapter: new-chapter TOPIC"),
@@ -74,7 +72,7 @@ def open_streams():
             os.open(os.devnull, os.O_RDWR)  # takes the lowest free number, which is this one
     for name in ("stdin", "stdout", "stderr"):
         if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, "r" if name == "stdin" else "w", encoding="utf-8"))
+            setattr(sys, name, open(os.devnull, "r" if name == "stdin" else "w", encoding="utf-8"))  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")

@@ -69,9 +69,7 @@ def is_ready():
 
 def child_environment():
     """The variables for everything that is started: this book's packages and no others, and a home to write to."""
-    kept = {
-        name: value for name, value in os.environ.items() if name not in UNWANTED_VARIABLES and not is_foreign(name)
-    }
+    kept = {name: value for name, value in os.environ.items() if not (name in UNWANTED_VARIABLES or is_foreign(name))}
     home = {} if WINDOWS or has_home() else {"HOME": str(own_home())}
     return {**kept, **home, "VIRTUAL_ENV": str(VENV)}
 

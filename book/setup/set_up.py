@@ -48,9 +48,7 @@ def set_up(repair=False):
     Raises `Stop` with the one sentence to show.
     """
     if unfit := unfit_path(str(ROOT)):
-        raise Stop(
-            f"The path of the book's folder, {ascii(str(ROOT))}, {unfit}: give the folder another name or place."
-        )
+        raise Stop(f"The book's folder, {str(ROOT)!a}, {unfit}: give the folder another name or place.")
     try:
         with one_at_a_time() as lock:
             if VENV.is_file() or (VENV.is_symlink() and not VENV.exists()):
@@ -92,12 +90,12 @@ def reason(repair):
 def unfit_path(path):
     """Why no environment can be made at this path, or ''."""
     if os.pathsep in path:
-        return f"holds a `{os.pathsep}`, which divides the entries of PATH"
+        return f"has a `{os.pathsep}` in its path, which divides the entries of PATH"
     try:
         path.encode("utf-8")
     except UnicodeEncodeError:
-        return "holds bytes that are no UTF-8"
-    return "is split over two lines" if "\n" in path or "\r" in path else ""
+        return "has bytes in its path that are no UTF-8"
+    return "has a name of two lines" if "\n" in path or "\r" in path else ""
 
 
 def completed(lock, why):

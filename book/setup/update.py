@@ -1,4 +1,4 @@
-"""Bring in a new edition of the book with git; what the reader changed is put aside, never lost. Standard library only."""
+"""Bring in a new edition of the book with git; what the reader changed is put aside. Standard library only."""
 
 import os
 import shutil
@@ -30,9 +30,7 @@ def pull():
         raise Stop("You have commits of your own here: bring the new edition in with `git pull --rebase`.")
     in_the_way = [name for name in names("HEAD") if name in incoming]
     if others := [name for name in in_the_way if not name.startswith(OURS)]:
-        raise Stop(
-            f"You changed {', '.join(others[:5])}; commit it, or put it elsewhere, and run the same command again."
-        )
+        raise Stop(f"You changed {', '.join(others[:5])}: commit that or put it elsewhere, then type the same again.")
     put_aside(in_the_way)
     must("merge", "--quiet", "--ff-only", "@{upstream}")
     print(f"A new edition is here: {len(incoming)} files are new or changed.")

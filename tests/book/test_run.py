@@ -335,7 +335,8 @@ def test_the_users_index_proxy_and_certificate_hold(tmp_path):
     uv = tmp_path / "uv" / "uv.toml"
     uv.parent.mkdir()
     uv.write_text(
-        'exclude-newer = "2001-01-01"\nnative-tls = true\nallow-insecure-host = ["a", "b"]\n[pip]\nextra-index-url = ["e"]\n'
+        'exclude-newer = "2001-01-01"\nnative-tls = true\nallow-insecure-host = ["a", "b"]\n'
+        '[pip]\nextra-index-url = ["e"]\n'
         '[[index]]\nname = "work"\nurl = "w"\n[[index]]\nurl = "d"\ndefault = true\n'
     )
     expected = {"UV_NO_CONFIG": "1", "UV_NATIVE_TLS": "1", "UV_INSECURE_HOST": "a b", "UV_EXTRA_INDEX_URL": "e"}
@@ -343,7 +344,8 @@ def test_the_users_index_proxy_and_certificate_hold(tmp_path):
     assert settings.for_uv({"XDG_CONFIG_HOME": str(tmp_path)}) == expected
     del expected["UV_INDEX"]
     assert settings.for_uv({"XDG_CONFIG_HOME": str(tmp_path), "UV_INDEX": "mine"}) == expected, "a variable is stronger"
-    listed = "global.cert='c'\nglobal.timeout='9'\ninstall.extra-index-url='\\na\\nb'\ninstall.user='true'\n:env:.target='t'\n"
+    listed = "global.cert='c'\nglobal.timeout='9'\ninstall.user='true'\n:env:.target='t'\n"
+    listed += "install.extra-index-url='\\na\\nb'\n"
     expected = {
         "PIP_CONFIG_FILE": os.devnull,
         "PIP_CERT": "c",
@@ -365,8 +367,8 @@ def test_the_folder_may_have_any_name(clone, tmp_path, name):
     first, second = clone.run("test"), clone.run("test")
     assert first.returncode == 0, first.stdout + first.stderr
     assert second.stdout == "tiny pytest\n"
-    done = subprocess.run([clone.python, "-c", "import omx; print(ascii(omx.WHERE))"], cwd=tmp_path, capture_output=True,
-                          text=True, check=True)  # fmt: skip
+    ask = [clone.python, "-c", "import omx; print(ascii(omx.WHERE))"]
+    done = subprocess.run(ask, cwd=tmp_path, capture_output=True, text=True, check=True)
     assert Path(ast.literal_eval(done.stdout)).samefile(clone.root / "omx" / "__init__.py")
 
 
