@@ -15,7 +15,7 @@ from book.chapters.cells import is_code, is_note, source, tags
 from book.chapters.student import Refused, student_copy
 from book.reader import merge, overview
 from book.setup import names
-from book.setup.paths import WORK, Stop
+from book.setup.paths import ROOT, WORK, Stop
 from book.setup.update import earlier
 
 GIVEN = ".given"
@@ -125,7 +125,8 @@ def read(path):
 
 
 def shown(path):
-    return f"{path.parent.name}/{path.name}" if path != WORK else "work"
+    """A path as a reader knows it: from the book's folder on."""
+    return path.relative_to(ROOT).as_posix() if path.is_relative_to(ROOT) else str(path)
 
 
 def main(argv):

@@ -56,7 +56,7 @@ def put_aside(names):
         if path.exists():
             kept = earlier(path.name)
             shutil.copy2(path, kept)
-            print(f"{name} was changed here: yours is kept as {kept.relative_to(ROOT)}.")
+            print(f"{name} was changed here: yours is kept as {kept.relative_to(ROOT).as_posix()}.")
         if git("checkout", "HEAD", "--", name) is None:
             raise Stop(f"git could not restore {name}; your version is kept in work/earlier.")
 
@@ -70,6 +70,7 @@ def earlier(name, work=WORK):
 
 def go_on(arguments):
     """The rest of the command, by the code that is here now."""
+    sys.stdout.flush()
     return subprocess.call([sys.executable, str(ROOT / "run.py"), "update", "--carry-over", *arguments])
 
 
