@@ -10,7 +10,7 @@ import pytest
 
 from book.chapters import normalise
 from book.chapters.cells import is_code, is_note, source, tags
-from book.reader import folder, merge, overview, saving, solutions
+from book.reader import folder, handin, merge, overview, saving, solutions
 from book.setup import names
 from book.setup.paths import NOTEBOOKS, ROOT, WORK, Stop
 from tests.book.test_run import UV, Clone
@@ -327,3 +327,47 @@ def test_a_solution_is_shown_on_demand():
     with pytest.raises(Stop, match="numbered by chapter"):
         solutions.found("three")
     assert NOTEBOOKS == names.NOTEBOOKS
+
+
+# ---- a file to hand in ---------------------------------------------------------------------------------
+
+
+def handed_in(tmp_path, cells, **more):
+    store(tmp_path / "07-lines.ipynb", cells)
+    results = handin.write(tmp_path / "07-lines.ipynb", tmp_path / "out" / "07.html", **more)
+    return results, (tmp_path / "out" / "07.html").read_text(encoding="utf-8")
+
+
+def test_a_handed_in_page_is_run_shows_results_and_needs_nothing_else(tmp_path):
+    cells = [*chapter(), markdown(r"An angle $\alpha_1$ and" + "\n\n$$\n\\frac{a}{b}\n$$"), code("1 / 0")]
+    wrong = copy.deepcopy(chapter()[-3:])
+    wrong[1]["source"] = ANSWER.replace("return 5", "return 6")
+    results, page = handed_in(tmp_path, [*cells, *wrong])
+    name = "Exercise 7.1: another line"
+    assert results == [(name, True), (name, False)]
+    assert "1 of 2 exercises pass their checks" in page
+    assert "run from top to bottom" in page
+    assert "my own answer" in page
+    assert "AssertionError" in page
+    assert "ZeroDivisionError: division by zero" in page
+    assert page.count("<math ") == 2
+    assert "<mfrac>" in page
+    assert not re.findall(r'(?:src|href)="(?!data:)[^"]*"', page.split("<script>")[0])
+    for call in ("<link", "<script src", "@import", "url(http"):
+        assert call not in page
+
+
+def test_a_notebook_that_drives_a_real_arm_is_not_run_again(tmp_path):
+    told = {"output_type": "stream", "name": "stdout", "text": "moved\n"}
+    port = code("port = '/dev/ttyUSB0'\nprint('moved again')", outputs=[told])
+    results, page = handed_in(tmp_path, [*chapter(), port])
+    assert "as it was saved, not run again" in page
+    assert ">moved\n</pre>" in page
+    assert results == [("Exercise 7.1: another line", True)]
+    untouched = [{**cell, "outputs": []} if is_code(cell) else cell for cell in chapter()]
+    assert handed_in(tmp_path, untouched, run=False)[0] == [("Exercise 7.1: another line", None)]
+
+
+def test_a_formula_that_cannot_be_turned_stays_as_it_was_written():
+    assert handin.mathml(r"\(\left( a\)") == r"\(\left( a\)"
+    assert handin.mathml(r"\(a \lt b\)").count("<math ") == 1

@@ -51,12 +51,13 @@ class Lab:
         self.log.seek(0)
         raise RuntimeError(f"JupyterLab does not answer:\n{self.log.read()}")
 
-    def ask(self, path, body=None):
-        """The answer of the server's REST API, parsed; a body makes it a POST."""
+    def ask(self, path, body=None, method=None):
+        """The answer of the server's REST API, parsed; a body makes it a POST, if no other method is named."""
         request = urllib.request.Request(
             f"{self.url}/api/{path}",
             data=None if body is None else json.dumps(body).encode(),
             headers={"Authorization": f"token {self.token}"},
+            method=method,
         )
         with urllib.request.urlopen(request, timeout=30) as answer:
             return json.load(answer)
