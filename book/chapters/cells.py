@@ -42,6 +42,11 @@ def is_code(cell):
     return cell["cell_type"] == "code"
 
 
+def is_note(cell):
+    """Is this a remark for the speaker, and no part of the text?"""
+    return cell["cell_type"] == "markdown" and slide_type(cell) == "notes"
+
+
 def prose(cell):
     """The text of a Markdown cell without fenced code; '' for code."""
     return FENCED.sub("", source(cell)) if cell["cell_type"] == "markdown" else ""

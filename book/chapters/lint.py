@@ -21,8 +21,8 @@ from book.chapters.cells import (
     tags,
     word_count,
 )
+from book.setup.names import FILE_NAME
 
-FILE_NAME = re.compile(r"\d\d-[a-z0-9]+(-[a-z0-9]+)*\.ipynb")
 WORDS_PER_LINE = 8
 LINES_PER_CELL = 15
 MAX_BYTES = 400_000
@@ -249,8 +249,13 @@ def problems(path):
     return [f"{path.name}{f', cell {number}' if number else ''}: {what}" for number, what in found]
 
 
+def chapters(argv):
+    """The chapters that are named; all notebooks, oddly named ones too, when none is."""
+    return normalise.chapters(argv) if argv else sorted(normalise.NOTEBOOKS.glob("*.ipynb"))
+
+
 def main(argv=None):
-    found = [problem for path in normalise.chapters(argv or []) for problem in problems(path)]
+    found = [problem for path in chapters(argv) for problem in problems(path)]
     print("\n".join(found) or "The chapters keep the conventions.")
     return 1 if found else 0
 
