@@ -32,6 +32,7 @@ from .errors import (
     Stalled,
     Stopped,
     TooFast,
+    TooHeavy,
     TorqueOff,
     Unreachable,
     ViewerMissing,
@@ -60,7 +61,7 @@ __all__ = [
     "IKSolution", "JointLimit", "JointPanel", "LogError", "NotDecided", "NotEqual", "NotIdentifiable", "NotReady",
     "OmxError", "PathBlocked", "PortBusy", "PortError", "PortLost", "Pose", "PosePanel", "Robot", "RobotPanel",
     "RowPanel", "RowView", "ServoFault", "ServoLost", "ServoRefused", "ServoRestarted", "Stalled", "Stopped", "TooFast",
-    "TorqueOff", "Unreachable", "View", "ViewerMissing", "Violation", "Wrong", "WrongServo",
+    "TooHeavy", "TorqueOff", "Unreachable", "View", "ViewerMissing", "Violation", "Wrong", "WrongServo",
     "fk", "frames", "ik", "ik_batch", "jacobian", "pose", "solve_ik",
 ]  # fmt: skip
 

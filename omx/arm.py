@@ -71,6 +71,8 @@ TICKS_PER_TURN, ZERO_TICK = 4096, 2048
 
 STALL_TORQUE, STALL_CURRENT = 4.1, 2300.0  # Nm and mA at 12 V, for a moment only
 NO_LOAD_SPEED = 46 * 2 * pi / 60  # rad/s at 12 V
+#: Torque (Nm) of a motor for each mA, from the two numbers above.
+TORQUE_PER_MA = STALL_TORQUE / STALL_CURRENT
 SUPPLY_VOLTS = 12.0
 
 # ---- what an arm must be to be driven ----
@@ -85,5 +87,7 @@ SOFT_MARGIN = radians(2.0)
 SPEED_CAP = radians(60.0)
 #: The speeds (rad/s) of parking, and of the way back from outside the limits.
 PARK_SPEED, SLOW = radians(30.0), radians(10.0)
+#: The most current (mA) that a joint may need to hold what it carries: a servo that does so for good warms to 53 deg C.
+HOLDING_MA = 900.0
 #: More current (mA) than this in a joint that does not move: it pushes on something.
 STALL_MA = 500.0

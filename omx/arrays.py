@@ -1,9 +1,13 @@
-"""Whole-array arithmetic for the generated batch functions, and the one gate that numbers pass on their way in."""
+"""Whole-array arithmetic for the generated batch functions, and the one gate that numbers pass on their way in.
+
+The formulas take their functions from the arrays that they are given, so one source serves NumPy, JAX, PyTorch, CuPy
+and Dask."""
 
 import math
 from collections.abc import Iterator
 from itertools import islice
 from numbers import Real
+from typing import Any
 
 import numpy as np
 
@@ -22,12 +26,41 @@ HOARD = 1 << 21
 HUGE = 1e306
 
 
+#: An array of NumPy, or of another library that keeps to the array API standard: JAX, PyTorch, CuPy, Dask ...
+Array = Any
+
+_OTHER_LIBRARIES = ("torch", "dask", "cupy", "jax", "jaxlib", "array_api_strict")
+
+
+def is_foreign(value) -> bool:
+    """Is it an array of another library than NumPy? Then it keeps its kind, its device and its laziness."""
+    kind = type(value)
+    if issubclass(kind, (np.ndarray, np.generic, float, int, list, tuple)):
+        return False
+    return hasattr(kind, "__array_namespace__") or kind.__module__.partition(".")[0] in _OTHER_LIBRARIES
+
+
+def namespace(*arrays):
+    """The functions for these arrays by the names of the array API standard, from NumPy or from their own library."""
+    first = next(filter(is_foreign, arrays), None)
+    if first is None:
+        return np
+    if hasattr(first, "__array_namespace__"):
+        return first.__array_namespace__()
+    from array_api_compat import array_namespace  # PyTorch and Dask have some of the names otherwise
+
+    return array_namespace(first)
+
+
 def sincos(x):
-    """Sine and cosine of an array (rad), both from one tangent of the half angle.
+    """Sine and cosine of an array (rad), for NumPy both from one tangent of the half angle.
 
     NumPy evaluates `sin` and `cos` of float64 one element at a time, but `tan` in vector registers, so
     this is several times faster than calling both. The error is below 1e-15 (2e-13 mm at the arm's tip).
     """
+    if is_foreign(x):
+        xp = namespace(x)
+        return xp.sin(x), xp.cos(x)
     t = np.tan(0.5 * x)
     u = t * t
     u += 1.0
@@ -43,6 +76,8 @@ def wrap(x):
     In turns, because there the subtraction is exact: what is left is in (-1/2, 1/2], and half a turn is pi.
     """
     turns = x * (1.0 / math.tau)
+    if is_foreign(x):
+        return (turns - namespace(x).ceil(turns - 0.5)) * math.tau
     turns -= np.ceil(turns - 0.5)
     turns *= math.tau
     return turns
@@ -60,13 +95,18 @@ _ORDERED, _PLAIN = (tuple, list, Four), {float, int}
 def as_four(value, name: str, wanted: str) -> tuple[float, float, float, float]:
     """Four finite floats, from any one row that `as_rows` takes; `BadInput` otherwise."""
     four = as_four_or_rows(value, name, wanted)
+    if is_foreign(four) and four.ndim == 1:
+        four = tuple(as_rows(four, name, 4, wanted).tolist())
     if type(four) is not tuple:
-        raise BadInput(f"`{name}` must be {wanted}, shape (4,); got shape {four.shape}.")
+        raise BadInput(f"`{name}` must be {wanted}, shape (4,); got shape {tuple(four.shape)}.")
     return four
 
 
 def as_four_or_rows(value, name: str, wanted: str):
-    """A tuple of four plain floats, by the quick way; else what `as_rows` returns, with two axes or more."""
+    """A tuple of four plain floats, by the quick way; else what `as_rows` returns, with two axes or more.
+
+    An array of another library comes back as it is, with its shape checked.
+    """
     try:
         if value.__class__ is tuple:
             a, b, c, d = value
@@ -74,6 +114,8 @@ def as_four_or_rows(value, name: str, wanted: str):
             a, b, c, d = value.tolist()
         elif isinstance(value, _ORDERED):
             a, b, c, d = value
+        elif is_foreign(value):
+            return _of_four(value, name, wanted)
         else:
             a = b = c = d = None
         if type(a) is type(b) is type(c) is type(d) is float:
@@ -85,6 +127,13 @@ def as_four_or_rows(value, name: str, wanted: str):
         pass
     rows = as_rows(value, name, 4, wanted)
     return tuple(rows.tolist()) if rows.ndim == 1 else rows
+
+
+def _of_four(array, name: str, wanted: str):
+    """An array of another library with four columns; `BadInput` otherwise. Its values are its own business."""
+    if array.ndim == 0 or array.shape[-1] != 4:
+        raise BadInput(f"`{name}` must be {wanted}, shape (4,) or (..., 4); got shape {tuple(array.shape)}.")
+    return array
 
 
 def as_rows(value, name: str, columns: int, wanted: str):
@@ -186,6 +235,14 @@ def in_blocks(rows, block: int = BLOCK):
     for start in range(0, len(rows), block):
         piece = slice(start, start + block)
         yield piece, np.ascontiguousarray(rows[piece].T)
+
+
+def stacked(entries, like):
+    """Nested tuples of foreign columns (or plain numbers) as one array: `like`'s shape, then an axis a level."""
+    xp = namespace(like)
+    if not isinstance(entries, tuple):
+        return entries if is_foreign(entries) else xp.full_like(like, entries)
+    return xp.stack([stacked(entry, like) for entry in entries], axis=like.ndim)
 
 
 def fill(out, entries):

@@ -109,6 +109,23 @@ class TooFast(OmxError):
         )
 
 
+class TooHeavy(OmxError):
+    """A joint could not hold the payload there for long.
+
+    `joint` is 1 .. 4; `current` is what it would need, `limit` what it may (mA); `payload_g` the load, `most_g` what
+    the arm may carry at `q` (rad).
+    """
+
+    def __init__(self, joint: int, current: float, limit: float, payload_g: float, most_g: float, q):
+        self.joint, self.current, self.limit = joint, current, limit
+        self.payload_g, self.most_g, self.q = payload_g, most_g, tuple(q)
+        angles = ", ".join(f"{math.degrees(a):.0f}" for a in self.q)
+        super().__init__(
+            f"refused: with {payload_g:.0f} g joint {joint} would need {current:.0f} mA at ({angles}) deg; {limit:.0f} "
+            f"mA is the most for longer than a moment. Carry it closer to the base, or at most {most_g:.0f} g there."
+        )
+
+
 class BusError(OmxError):
     """Something went wrong between the program and the servos. `port` is the port's name."""
 

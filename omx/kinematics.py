@@ -5,13 +5,24 @@ the last link above the horizontal, -(q2 + q3 + q4). Derived in chapters 03 to 0
 """
 
 import warnings
-from math import pi, remainder, tau
+from math import nan, pi, remainder, tau
 from typing import NamedTuple
 
 import numpy as np
 
 from .arm import HOME, LIMITS
-from .arrays import Four, as_four, as_four_or_rows, as_rows, fill, in_blocks
+from .arrays import (
+    Four,
+    as_four,
+    as_four_or_rows,
+    as_rows,
+    fill,
+    in_blocks,
+    is_foreign,
+    namespace,
+    stacked,
+    wrap,
+)
 from .dh import as_limits, clipped, limit_violations
 from .errors import BadInput, JointLimit, Unreachable, Violation
 from .generated import fk as _fk
@@ -62,9 +73,10 @@ _new = tuple.__new__
 class IKSolution(Four):
     """One branch of the inverse. It can stand wherever four joint angles can: `omx.fk(solution)`.
 
-    `q`: four angles (rad) in (-pi, pi], None where out of reach. `front`: the arm reaches forward, not over its
-    back. `elbow_up`: the elbow is above the line from shoulder to wrist. `missing` (mm): how far the wrist is
-    out of reach, 0 if `reachable`. `violations`: each joint that is outside its limits.
+    `q`: four angles (rad) in (-pi, pi], None where out of reach. `front`: the arm faces the target, and does not
+    reach over its back. `elbow_up`: the forearm bends down from the upper arm's own direction (bend > 0); the elbow
+    is above the line from shoulder to wrist if the wrist is in front of the shoulder, below it if behind. `missing`
+    (mm): how far the wrist is out of reach, 0 if `reachable`. `violations`: each joint that is outside its limits.
     """
 
     __slots__ = ("elbow_up", "front", "missing", "q", "reachable", "violations")
@@ -116,6 +128,8 @@ def fk(q, geometry: Geometry = COURSE) -> np.ndarray:
         as_geometry(geometry)
     if type(q) is tuple:
         return np.array(_fk.transform(*(q + geometry.values)))
+    if is_foreign(q):
+        return _foreign(_fk.transform_batch, q, geometry)
     return _matrices(_fk.transform_batch, q, geometry, (4, 4))
 
 
@@ -128,7 +142,7 @@ def pose(q, geometry: Geometry = COURSE):
     if geometry.__class__ is not Geometry:
         as_geometry(geometry)
     if type(q) is not tuple:
-        return _pose_batch(q, geometry)
+        return _foreign(_fk.pose_batch, q, geometry) if is_foreign(q) else _pose_batch(q, geometry)
     x, y, z, pitch = _fk.pose(*(q + geometry.values))
     return _new(Pose, (x, y, z, pitch if pitch > -pi else pi))
 
@@ -138,6 +152,9 @@ def frames(q, geometry: Geometry = COURSE) -> np.ndarray:
     q = as_four_or_rows(q, "q", JOINT_ANGLES)
     if geometry.__class__ is not Geometry:
         as_geometry(geometry)
+    if is_foreign(q):
+        base = tuple(tuple(float(i == j) for j in range(4)) for i in range(4))
+        return _foreign(lambda *columns: (base, *_fk.frames_batch(*columns)), q, geometry)
     if type(q) is not tuple:
         return geometry.chain.frames(q)
     out = np.empty((5, 4, 4))
@@ -153,6 +170,8 @@ def jacobian(q, geometry: Geometry = COURSE) -> np.ndarray:
         as_geometry(geometry)
     if type(q) is tuple:
         return np.array(_jacobian.jacobian(*(q + geometry.values)))
+    if is_foreign(q):
+        return _foreign(_jacobian.jacobian_batch, q, geometry)
     return _matrices(_jacobian.jacobian_batch, q, geometry, (6, 4))
 
 
@@ -160,8 +179,8 @@ def ik(pose, geometry: Geometry = COURSE, limits=LIMITS):
     """All four branches for a task pose [x, y, z, pitch] (mm, rad): front/up, front/down, back/up, back/down.
 
     One pose gives four `IKSolution`s, each with a verdict: out of reach (and by how much), or each joint limit that it
-    breaks. Many poses, (..., 4), give `Branches`: arrays. On the axis of joint 1, where q1 is free, q1 is 0 in front
-    and pi at the back; `solve_ik` chooses it. Raises `BadInput`.
+    breaks. Many poses, (..., 4), give `Branches`: arrays, of the library that the poses come from. On the
+    axis of joint 1, where q1 is free, q1 is 0 in front and pi at the back; `solve_ik` chooses it. Raises `BadInput`.
 
     Args:
         pose: x, y, z in mm in the base frame, pitch in rad above the horizontal; (4,) or (..., 4).
@@ -173,7 +192,9 @@ def ik(pose, geometry: Geometry = COURSE, limits=LIMITS):
         as_geometry(geometry)
     if limits is not LIMITS:
         limits = as_limits(limits, 4)
-    return _branches(target, geometry, limits) if type(target) is tuple else _many(target, geometry, limits)
+    if type(target) is tuple:
+        return _branches(target, geometry, limits)
+    return Branches(*_ik_foreign(target, geometry, limits)) if is_foreign(target) else _many(target, geometry, limits)
 
 
 def solve_ik(pose, start=HOME, geometry: Geometry = COURSE, limits=LIMITS) -> IKSolution:
@@ -209,6 +230,8 @@ def solve_ik(pose, start=HOME, geometry: Geometry = COURSE, limits=LIMITS) -> IK
 
 def ik_batch(poses, geometry: Geometry = COURSE, limits=LIMITS) -> Branches:
     """`ik` for a table of poses (N, 4): q (N, 4 branches, 4 joints), reachable (N, 4), legal (N, 4)."""
+    if is_foreign(poses):
+        return ik(poses, geometry, limits)
     poses = as_rows(poses, "poses", 4, TASK_POSE)
     if poses.ndim != 2:
         raise BadInput(f"`poses` must have shape (N, 4); got {poses.shape}. For one pose use `ik`.")
@@ -297,6 +320,30 @@ def _matrices(function, q: np.ndarray, geometry: Geometry, shape: tuple[int, int
     for piece, columns in in_blocks(rows):
         fill(out[piece], function(*columns, *geometry.values))
     return out.reshape(*q.shape[:-1], *shape)
+
+
+def _foreign(function, q, geometry: Geometry):
+    """A generated batch function on an array (..., 4) of another library, which is what comes out."""
+    columns = [q[..., j] for j in range(4)]
+    return stacked(function(*columns, *geometry.values), columns[0])
+
+
+def _ik_foreign(poses, geometry: Geometry, limits):
+    """`ik_batch` for an array (..., 4) of another library: without blocks, and without a look at its values."""
+    xp = namespace(poses)
+    x, y, z, pitch = (poses[..., j] for j in range(4))
+    *angles, D_front, D_back = _ik.branches_batch(x + 0.0, y + 0.0, z, wrap(pitch), *geometry.values)
+    within = {front: xp.abs(D) <= 1.0 + REACH_SLACK for front, D in ((True, D_front), (False, D_back))}
+    q, legal = [], []
+    for (front, _), (q1, *rest) in zip(BRANCHES, angles, strict=True):
+        joints = (xp.where(q1 == -pi, pi, q1), *rest)
+        inside = within[front]
+        for angle, (low, high) in zip(joints, limits, strict=True):
+            inside = inside & (angle >= low - LIMIT_SLACK) & (angle <= high + LIMIT_SLACK)
+        q.append(tuple(xp.where(within[front], angle, nan) for angle in joints))
+        legal.append(inside)
+    reachable = tuple(within[front] for front, _ in BRANCHES)
+    return stacked(tuple(q), x), stacked(reachable, x), stacked(tuple(legal), x)
 
 
 def _ik_block(columns, geometry, limits, q, reachable, legal) -> None:

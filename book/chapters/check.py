@@ -6,13 +6,13 @@ Without a chapter: ruff over the whole repository, notebooks too, then the conve
 import subprocess
 import sys
 
-from book.chapters import lint, normalise
-from book.setup.paths import ROOT, Stop
+from book.chapters import lint
+from book.setup.paths import ROOT
 
 
 def check(arguments):
     """Print each complaint; the exit status. `arguments`: chapters as `03`, file names or paths; all if empty."""
-    paths = normalise.chapters(arguments)
+    paths = lint.chapters(arguments)
     command = [sys.executable, "-m", "ruff", "check", "--output-format=concise", *(paths if arguments else ["."])]
     style = subprocess.run(command, cwd=ROOT, check=False).returncode
     found = [problem for path in paths for problem in lint.problems(path)]
@@ -21,7 +21,4 @@ def check(arguments):
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(check(sys.argv[1:]))
-    except Stop as stop:
-        sys.exit(f"check: {stop}")
+    sys.exit(check(sys.argv[1:]))

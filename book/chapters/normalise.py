@@ -17,7 +17,9 @@ import sys
 from pathlib import Path
 
 from book.chapters.cells import default_slide_type, slide_type, text_of
-from book.setup.paths import NOTEBOOKS, Stop
+from book.setup import names
+from book.setup.paths import NOTEBOOKS as NOTEBOOKS  # the tools that read chapters take it from here
+from book.setup.paths import Stop
 
 KERNELSPEC = {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"}
 LANGUAGE = {
@@ -101,6 +103,8 @@ def clean_cell(cell, count):
     if slide_type(cell) == default_slide_type(cell):
         cleaned["metadata"].pop("slideshow", None)
     if kind == "code":
+        if "hide-input" in cleaned["metadata"].get("tags", ()):  # the site folds by the tag, JupyterLab by this
+            cleaned["metadata"]["jupyter"] = {"source_hidden": True}
         cleaned["outputs"] = clean_outputs(cell.get("outputs", []))
         cleaned["execution_count"] = count if cleaned["outputs"] else None
         for output in cleaned["outputs"]:
@@ -159,17 +163,11 @@ def write(path, notebook):
 
 
 def chapters(arguments):
-    """The notebooks that a command line names, as paths or as beginnings (`03`); all chapters when it names none."""
-    known = sorted(NOTEBOOKS.glob("*.ipynb"))
-    return [path for name in arguments for path in named(name, known)] or known
-
-
-def named(name, known):
-    """The path itself, or the chapters whose names begin so. Raises `Stop`."""
-    found = [Path(name)] if Path(name).is_file() else [path for path in known if path.name.startswith(str(name))]
-    if not found:
-        raise Stop(f"There is no chapter {str(name)!r}; the chapters are {', '.join(path.stem for path in known)}.")
-    return found
+    """The notebook paths that a command line names, each as `names.chapter` has it; all when it names none."""
+    try:
+        return [names.chapter(name) for name in arguments] or names.chapters()
+    except Stop as stop:
+        sys.exit(f"run.py: {stop}")
 
 
 def main(argv=None):

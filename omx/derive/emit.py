@@ -24,7 +24,11 @@ class Emitter:
     def source(self) -> str:
         """The whole function, checked first."""
         self.function.check(self.parameters)
-        return "\n".join([*self.head(), *self.body()]) + "\n"
+        head, body = self.head(), self.body()
+        if any("xp." in line for line in body):
+            inputs = ", ".join(symbol.name for symbol in self.function.inputs)
+            head += [f"    xp = {self.printer.use(f'namespace({inputs})')}"]
+        return "\n".join([*head, *body]) + "\n"
 
     def head(self) -> list[str]:
         function, number = self.function, self.printer.use(self.dialect.number)

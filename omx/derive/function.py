@@ -25,7 +25,7 @@ JAVASCRIPT_WORDS = {
 
 #: Names that the written modules use themselves, in Python or in JavaScript.
 RESERVED = {
-    *keyword.kwlist, *JAVASCRIPT_WORDS, *SCALAR.imports, *BATCH.imports, "abs", "max", "min", "float", "tuple",
+    *keyword.kwlist, *JAVASCRIPT_WORDS, *SCALAR.imports, *BATCH.imports, "xp", "abs", "max", "min", "float", "tuple",
     "DHRow", "PARAMETERS", "dh_rows", "Math", "_",
 }  # fmt: skip
 

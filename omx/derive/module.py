@@ -83,17 +83,18 @@ def _header(notebook: str | None, doc: str, batch: bool) -> list[str]:
     if notebook is not None and not (isinstance(notebook, str) and re.fullmatch(r"[\w-]+", notebook)):
         raise BadInput(f"`notebook` must be a chapter's name, such as '03-forward-kinematics'; got {notebook!r}.")
     safe = one_line(doc).replace("\\", "\\\\").replace('"""', "'''")
-    units = "Lengths are in mm, angles in rad."
+    units = ["Lengths are in mm, angles in rad."]
     if batch:
-        units += " `..._batch` is the same formula for columns (NumPy arrays of one shape)."
+        units[0] += " `..._batch` is the same formula for columns: arrays of one"
+        units += ["shape, NumPy's or those of another library that keeps to the array API standard."]
     note = f"{MARK}{notebook}.ipynb. Do not edit: change the chapter and run it." if notebook else SCRATCH
-    return [*textwrap.wrap(safe, WIDTH - 3), "", note, units]
+    return [*textwrap.wrap(safe, WIDTH - 3), "", note, *units]
 
 
 def _imports(words: Mapping[str, str]) -> list[str]:
     """One paragraph for each group of modules."""
     paragraphs = []
-    for group in (("math",), ("numpy",), ("omx.arrays", "omx.dh")):
+    for group in (("math",), ("omx.arrays", "omx.dh")):
         found = [(module, [word for word in sorted(words) if words[word] == module]) for module in group]
         lines = [_import(module, names) for module, names in found if names]
         if lines:
@@ -102,7 +103,7 @@ def _imports(words: Mapping[str, str]) -> list[str]:
 
 
 def _import(module: str, names: list[str]) -> str:
-    return "import numpy as np" if names == ["np"] else f"from {module} import {', '.join(names)}"
+    return f"from {module} import {', '.join(names)}"
 
 
 def _parameters(values: Mapping[sp.Symbol, sp.Expr], printer: Printer) -> str:

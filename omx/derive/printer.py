@@ -1,4 +1,4 @@
-"""How one expression looks in each dialect: `math` for one configuration, NumPy for batches, JavaScript for pages."""
+"""How one expression looks in each dialect: `math` for one configuration, arrays for batches, JavaScript for pages."""
 
 import re
 from dataclasses import dataclass
@@ -47,10 +47,10 @@ SCALAR = Dialect(
 
 BATCH = Dialect(
     suffix="_batch",
-    number="np.ndarray",
-    functions={name: f"np.{re.sub('^a', 'arc', name)}" for name in ROOTS_AND_ARCS}
-    | {"Abs": "np.abs", "Max": "np.maximum", "Min": "np.minimum", wrap.__name__: "wrap({0})"},
-    imports={"wrap": "omx.arrays", "sincos": "omx.arrays", "pi": "math", "np": "numpy"},
+    number="Array",
+    functions={name: f"xp.{name}" for name in ROOTS_AND_ARCS}
+    | {"Abs": "xp.abs", "Max": "xp.maximum", "Min": "xp.minimum", wrap.__name__: "wrap({0})"},
+    imports={**dict.fromkeys(("Array", "namespace", "sincos", "wrap"), "omx.arrays"), "pi": "math"},
     pair="sincos({0})",
 )
 
@@ -82,7 +82,7 @@ class Printer(PythonCodePrinter):
 
     def use(self, code: str) -> str:
         """`code`, with every importable word in it noted."""
-        self.used |= set(re.findall(r"[a-z]\w*", code)) & self.dialect.imports.keys()
+        self.used |= set(re.findall(r"[A-Za-z]\w*", code)) & self.dialect.imports.keys()
         return code
 
     def _print_Function(self, expression):

@@ -40,6 +40,13 @@ class wrap(sp.Function):
         return sp.Integer(1)
 
 
+class _Atan2(sp.Function):
+    """`atan2` as the prose writes it; SymPy would set its 2 as an index."""
+
+    def _latex(self, printer) -> str:
+        return rf"\mathrm{{atan2}}\left({', '.join(printer._print(arg) for arg in self.args)}\right)"
+
+
 class Unit(sp.Symbol):
     """A unit behind a number, set upright: `274 mm`."""
 
@@ -184,10 +191,21 @@ def show(name: str, *forms) -> sp.Eq:
 
     More forms stand side by side: `show("A_1", A1, numbers(A1, lengths))` is the formula, then its value.
     """
-    equation = sp.Symbol(name)
+    equation = _typeset(sp.Symbol(name))
     for form in forms:
-        equation = sp.Eq(equation, form, evaluate=False)
+        equation = sp.Eq(equation, _typeset(sp.sympify(form)), evaluate=False)
     return equation
+
+
+def _typeset(expression):
+    """For display: names that are words upright, as the prose sets them, and `atan2` with its 2 on the line."""
+    words = {s: sp.Symbol(rf"\mathrm{{{s.name}}}") for s in expression.free_symbols if _is_word(s)}
+    expression = expression.xreplace(words) if words else expression
+    return expression.replace(sp.atan2, _Atan2) if expression.has(sp.atan2) else expression
+
+
+def _is_word(symbol) -> bool:
+    return len(symbol.name) > 2 and symbol.name.isalpha() and sp.latex(symbol) == symbol.name
 
 
 def short(expression):

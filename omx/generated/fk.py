@@ -1,14 +1,13 @@
 """Forward kinematics of the OpenMANIPULATOR-X.
 
 Written by notebooks/03-forward-kinematics.ipynb. Do not edit: change the chapter and run it.
-Lengths are in mm, angles in rad. `..._batch` is the same formula for columns (NumPy arrays of one shape).
+Lengths are in mm, angles in rad. `..._batch` is the same formula for columns: arrays of one
+shape, NumPy's or those of another library that keeps to the array API standard.
 """
 
 from math import asin, cos, pi, remainder, sin, tau
 
-import numpy as np
-
-from omx.arrays import sincos, wrap
+from omx.arrays import Array, sincos, wrap
 from omx.dh import DHRow
 
 #: The arm's lengths (mm) and angles (rad), in the order in which every function takes them.
@@ -52,9 +51,9 @@ def pose(
 
 
 def pose_batch(
-    q1: np.ndarray, q2: np.ndarray, q3: np.ndarray, q4: np.ndarray,
+    q1: Array, q2: Array, q3: Array, q4: Array,
     L1: float, L2: float, L3: float, L4: float, delta: float,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+) -> tuple[Array, Array, Array, Array]:
     """Tool position x, y, z and pitch. Columns in, columns out."""
     s1, c1 = sincos(q1)
     q23 = q2 + q3
@@ -94,7 +93,7 @@ def transform(
 
 
 def transform_batch(
-    q1: np.ndarray, q2: np.ndarray, q3: np.ndarray, q4: np.ndarray,
+    q1: Array, q2: Array, q3: Array, q4: Array,
     L1: float, L2: float, L3: float, L4: float, delta: float,
 ) -> tuple:
     """T_base_tool, as rows of the 4x4 matrix. Columns in, columns out; constants are plain numbers."""
@@ -161,7 +160,7 @@ def frames(
 
 
 def frames_batch(
-    q1: np.ndarray, q2: np.ndarray, q3: np.ndarray, q4: np.ndarray,
+    q1: Array, q2: Array, q3: Array, q4: Array,
     L1: float, L2: float, L3: float, L4: float, delta: float,
 ) -> tuple:
     """T_0_1 .. T_0_4, each as rows of a 4x4 matrix. Columns in, columns out; constants are plain

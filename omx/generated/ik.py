@@ -1,14 +1,13 @@
 """Inverse kinematics of the OpenMANIPULATOR-X.
 
 Written by notebooks/04-inverse-kinematics.ipynb. Do not edit: change the chapter and run it.
-Lengths are in mm, angles in rad. `..._batch` is the same formula for columns (NumPy arrays of one shape).
+Lengths are in mm, angles in rad. `..._batch` is the same formula for columns: arrays of one
+shape, NumPy's or those of another library that keeps to the array API standard.
 """
 
 from math import atan2, cos, pi, remainder, sin, sqrt, tau
 
-import numpy as np
-
-from omx.arrays import sincos, wrap
+from omx.arrays import Array, namespace, sincos, wrap
 
 
 def branches(
@@ -54,22 +53,23 @@ def branches(
 
 
 def branches_batch(
-    x: np.ndarray, y: np.ndarray, z: np.ndarray, pitch: np.ndarray,
+    x: Array, y: Array, z: Array, pitch: Array,
     L1: float, L2: float, L3: float, L4: float, delta: float,
 ) -> tuple:
     """Joint angles of the four branches, and D = cos(bend) of the front and the back: out of reach where
     |D| > 1. Columns in, columns out."""
+    xp = namespace(x, y, z, pitch)
     s_pitch, c_pitch = sincos(pitch)
-    r = np.sqrt(x*x + y*y)
+    r = xp.sqrt(x*x + y*y)
     z_w = z - L1 - L4*s_pitch
-    q1_front = np.arctan2(y, x)
+    q1_front = xp.atan2(y, x)
     q1_back = wrap(pi + q1_front)
     r_w_front = r - L4*c_pitch
     D_front = (r_w_front*r_w_front + z_w*z_w - L2*L2 - L3*L3)/(2*L2*L3)
-    s_front = np.sqrt(np.maximum(0.0, (1 - D_front)*(1 + D_front)))
-    mu_front = np.arctan2(z_w, r_w_front)
-    gamma_front = np.arctan2(L3*s_front, L2 + L3*D_front)
-    bend_front = np.arctan2(s_front, D_front)
+    s_front = xp.sqrt(xp.maximum(0.0, (1 - D_front)*(1 + D_front)))
+    mu_front = xp.atan2(z_w, r_w_front)
+    gamma_front = xp.atan2(L3*s_front, L2 + L3*D_front)
+    bend_front = xp.atan2(s_front, D_front)
     q2_front_up = wrap(pi/2 - delta - gamma_front - mu_front)
     q3_front_up = wrap(delta + bend_front - pi/2)
     q4_front_up = wrap(-pitch - q2_front_up - q3_front_up)
@@ -78,10 +78,10 @@ def branches_batch(
     q4_front_down = wrap(-pitch - q2_front_down - q3_front_down)
     r_w_back = -L4*c_pitch - r
     D_back = (r_w_back*r_w_back + z_w*z_w - L2*L2 - L3*L3)/(2*L2*L3)
-    s_back = np.sqrt(np.maximum(0.0, (1 - D_back)*(1 + D_back)))
-    mu_back = np.arctan2(z_w, r_w_back)
-    gamma_back = np.arctan2(L3*s_back, L2 + L3*D_back)
-    bend_back = np.arctan2(s_back, D_back)
+    s_back = xp.sqrt(xp.maximum(0.0, (1 - D_back)*(1 + D_back)))
+    mu_back = xp.atan2(z_w, r_w_back)
+    gamma_back = xp.atan2(L3*s_back, L2 + L3*D_back)
+    bend_back = xp.atan2(s_back, D_back)
     q2_back_up = wrap(pi/2 - delta - gamma_back - mu_back)
     q3_back_up = wrap(delta + bend_back - pi/2)
     q4_back_up = wrap(-pitch - q2_back_up - q3_back_up)
@@ -112,15 +112,16 @@ def missing(
 
 
 def missing_batch(
-    x: np.ndarray, y: np.ndarray, z: np.ndarray, pitch: np.ndarray,
+    x: Array, y: Array, z: Array, pitch: Array,
     L1: float, L2: float, L3: float, L4: float, delta: float,
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[Array, Array]:
     """How far (mm) the wrist is out of reach: front, back; 0 within reach. Columns in, columns out."""
+    xp = namespace(x, y, z, pitch)
     s_pitch, c_pitch = sincos(pitch)
-    r = np.sqrt(x*x + y*y)
+    r = xp.sqrt(x*x + y*y)
     z_w = z - L1 - L4*s_pitch
-    d_w_front = np.sqrt((r - L4*c_pitch)**2 + z_w*z_w)
-    d_w_back = np.sqrt((-L4*c_pitch - r)**2 + z_w*z_w)
-    front = np.maximum(np.maximum(0.0, np.abs(L2 - L3) - d_w_front), d_w_front - L2 - L3)
-    back = np.maximum(np.maximum(0.0, np.abs(L2 - L3) - d_w_back), d_w_back - L2 - L3)
+    d_w_front = xp.sqrt((r - L4*c_pitch)**2 + z_w*z_w)
+    d_w_back = xp.sqrt((-L4*c_pitch - r)**2 + z_w*z_w)
+    front = xp.maximum(xp.maximum(0.0, xp.abs(L2 - L3) - d_w_front), d_w_front - L2 - L3)
+    back = xp.maximum(xp.maximum(0.0, xp.abs(L2 - L3) - d_w_back), d_w_back - L2 - L3)
     return front, back

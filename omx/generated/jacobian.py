@@ -1,14 +1,13 @@
 """Jacobian of the OpenMANIPULATOR-X.
 
 Written by notebooks/05-jacobian.ipynb. Do not edit: change the chapter and run it.
-Lengths are in mm, angles in rad. `..._batch` is the same formula for columns (NumPy arrays of one shape).
+Lengths are in mm, angles in rad. `..._batch` is the same formula for columns: arrays of one
+shape, NumPy's or those of another library that keeps to the array API standard.
 """
 
 from math import cos, sin
 
-import numpy as np
-
-from omx.arrays import sincos
+from omx.arrays import Array, sincos
 
 
 def jacobian(
@@ -40,7 +39,7 @@ def jacobian(
 
 
 def jacobian_batch(
-    q1: np.ndarray, q2: np.ndarray, q3: np.ndarray, q4: np.ndarray,
+    q1: Array, q2: Array, q3: Array, q4: Array,
     L1: float, L2: float, L3: float, L4: float, delta: float,
 ) -> tuple:
     """Geometric Jacobian, 6x4. Columns in, columns out; constants are plain numbers."""

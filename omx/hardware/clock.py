@@ -12,7 +12,7 @@ class Clock:
     """Seconds since the clock was made, `scale` times as fast as the wall clock."""
 
     def __init__(self, scale: float = 1.0):
-        if not scale > 0:
+        if not (math.isfinite(scale) and scale > 0):
             raise BadInput(f"A clock's scale must be positive (1 = real time, 10 = ten times as fast); got {scale!r}.")
         self.scale = scale
         self._start = time.perf_counter()

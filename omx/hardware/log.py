@@ -1,12 +1,14 @@
 """Samples of a motion, written while it happens and read back without loss: CSV, one unit in each heading.
 
 A log is a text file. Lines that begin with `#` say what it is and which geometry was used; then come a heading
-with a unit for each column and one line a sample, every number in full precision.
+with a unit for each column and one line a sample, every number in full precision. A spreadsheet may save it again.
+Notes are text and stay text: none can be taken for another line, or for a formula.
 """
 
 import csv
-import math
-import sys
+import json
+import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,6 +20,8 @@ from ..generated.fk import PARAMETERS
 from ..geometry import COURSE, Geometry
 
 FORMAT = "omx log, format 1"
+#: What stands between the cells of a spreadsheet, here or there; and what no line of text may have in it.
+_SEPARATORS, _CONTROL = re.compile('[,;\t"]'), re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\ufeff]")
 
 
 @dataclass
@@ -51,17 +55,18 @@ class Recorder:
     An existing file is kept: the name gets a number.
     """
 
-    def __init__(self, path, columns: Mapping[str, str], geometry: Geometry = COURSE, **notes: str):
+    def __init__(self, path, columns: Mapping[str, str], geometry: Geometry = COURSE, /, **notes: str):
+        _check_names(columns, notes)
         self.log = Log(tuple(columns), dict(columns), [], geometry, {k: str(v) for k, v in notes.items()})
-        self.path = _unused(Path(path))
+        self.path = Path(path)
         try:
+            self.path = _unused(self.path)
             self._file = self.path.open("x", encoding="utf-8", newline="")
             self._file.write(_heading(self.log))
             self._file.flush()
-        except OSError as error:
-            raise LogError(
-                f"cannot write {self.path.name}: {error.strerror}. Choose another folder or name."
-            ) from error
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or error
+            raise LogError(f"cannot write {self.path.name}: {reason}. Choose another folder or name.") from error
 
     def write(self, *values: float) -> None:
         """Add one sample, a number for each column; NaN stands for a value that was not measured."""
@@ -69,7 +74,10 @@ class Recorder:
             raise BadInput(
                 f"a sample has {len(self.log.columns)} values ({', '.join(self.log.columns)}); got {len(values)}."
             )
-        sample = tuple(float(v) for v in values)
+        try:
+            sample = tuple(float(v) for v in values)
+        except (TypeError, ValueError):
+            raise BadInput(f"a sample is numbers ({', '.join(self.log.columns)}); got {values!r:.200}.") from None
         self.log.samples.append(sample)
         try:
             self._file.write(",".join(map(repr, sample)) + "\n")
@@ -101,39 +109,6 @@ class Recorder:
                 raise
 
 
-class ProgressBar:
-    """Draws `[########............]  40 %` in a terminal or a notebook; call it with the share done, 0 .. 1.
-
-    Each call draws over the one before, on one line; 1 ends the line. Where nothing can be drawn over (a file, a
-    pipe) only the end is written. A stream that cannot be written to is no reason to stop what is being done.
-    """
-
-    def __init__(self, text: str = "", width: int = 40, stream=None):
-        self.text, self.width, self._stream, self._drawn = text, width, stream or sys.stdout, ""
-        in_notebook = type(self._stream).__module__.startswith("ipykernel")
-        self._live = in_notebook or bool(getattr(self._stream, "isatty", bool)())
-
-    def __call__(self, share: float) -> None:
-        share = min(max(float(share), 0.0), 1.0)
-        full = math.floor(share * self.width + 1e-9)
-        line = f"{self.text}[{'#' * full}{'.' * (self.width - full)}] {math.floor(100 * share + 1e-9):3d} %"
-        if line != self._drawn and (self._live or share == 1.0):
-            self._drawn = line
-            self._write(("\r" if self._live else "") + line + ("\n" if share == 1.0 else ""))
-
-    def _write(self, text: str) -> None:
-        try:
-            self._stream.write(text)
-            self._stream.flush()
-        except (OSError, ValueError):  # closed, or a pipe that nobody reads
-            self._live = False
-
-
-def progress_bar(text: str = "", width: int = 40) -> ProgressBar:
-    """A progress bar for `Robot.log(..., progress=progress_bar())` and for loops of your own."""
-    return ProgressBar(text, width)
-
-
 def write_log(log: Log, path) -> Path:
     """Write a whole log at once; returns the path used (an existing file is kept: the name gets a number)."""
     recorder = Recorder(path, log.units, log.geometry, **log.notes)
@@ -149,50 +124,117 @@ def read_log(path) -> Log:
     A last line cut short by a power failure is left out; any other damage raises `LogError` with its line number.
     """
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise LogError(f"cannot read {path.name}: {error}") from error
+    text = _text(path)
     lines = text.split("\n")
-    facts = _facts([line for line in lines if line.startswith("#")], path)
-    body = [(i, line) for i, line in enumerate(lines, start=1) if line and not line.startswith("#")]
-    if not body:
+    first = next((i for i, line in enumerate(lines) if line.strip() and not _is_comment(line)), None)
+    facts = _facts(lines[:first], path)
+    if first is None:
         raise LogError(f"{path.name} has no heading with column names.")
-    units = _units(body[0][1])
+    units = _units(lines[first], path, first + 1)
     log = Log(tuple(units), units, [], facts.pop("geometry"), facts)
-    whole = body[1:] if text.endswith("\n") else body[1:-1]
-    for number, line in whole:
+    body = [(i, line) for i, line in enumerate(lines[first + 1 :], start=first + 2) if line]
+    for number, line in body if text.endswith("\n") else body[:-1]:
         log.samples.append(_sample(line, len(units), path, number))
     return log
+
+
+def _text(path: Path) -> str:
+    """All of the file, line ends as `\\n`, without the mark that Excel puts before UTF-8."""
+    try:
+        data = path.read_bytes()
+        return data.decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise LogError(f"{path.name}, line {line}: not text in UTF-8.") from error
+    except (OSError, ValueError) as error:
+        raise LogError(f"cannot read {path.name}: {error}") from error
+
+
+# ---- the lines before the samples ----
+
+
+def _check_names(columns, notes) -> None:
+    """Raise `BadInput` for names that would not come back as they are."""
+    for name, unit in columns.items():
+        if not re.match(r"\w", name) or _CONTROL.search(name + unit) or re.search("[()]", unit):
+            raise BadInput(
+                f"the column {name!r} ({unit!r}) cannot be written: a name is one line and begins with a letter, a "
+                "unit has no brackets."
+            )
+    for name in notes:
+        if name == "geometry" or not re.fullmatch(r"\w[\w .-]*", name):
+            raise BadInput(f"a note cannot be called {name!r}: use letters, digits and _, and not `geometry`.")
 
 
 def _heading(log: Log) -> str:
     lengths = zip(PARAMETERS, log.geometry.values, strict=True)
     geometry = ", ".join(f"{name}={value!r}" for name, value in lengths)
     lines = [f"# {FORMAT}", f"# geometry: {log.geometry.name}: {geometry}"]
-    lines += [f"# {key}: {value}" for key, value in log.notes.items()]
-    lines.append(",".join(f"{name} ({log.units[name]})" for name in log.columns))
+    lines += [_cell(f"# {key}: {_one_line(value)}") for key, value in log.notes.items()]
+    lines.append(",".join(_cell(f"{name} ({log.units[name]})") for name in log.columns))
     return "\n".join(lines) + "\n"
 
 
-def _facts(comments: Sequence[str], path: Path) -> dict:
-    if not comments or comments[0] != f"# {FORMAT}":
+def _one_line(note: str) -> str:
+    """A note as it is, or in quotes where it has more than one line, or odd spaces, or looks quoted already."""
+    plain = note == note.strip() and not note.startswith('"') and not _CONTROL.search(note)
+    return note if plain else json.dumps(note)
+
+
+def _cell(text: str) -> str:
+    """`text` as one cell of a table: in quotes if a spreadsheet would split it and take a part for a formula."""
+    doubled = text.replace('"', '""')
+    return f'"{doubled}"' if _SEPARATORS.search(text) else text
+
+
+def _is_comment(line: str) -> bool:
+    return line.startswith(("#", '"#'))
+
+
+def _facts(lines: Sequence[str], path: Path) -> dict:
+    comments = [(i, _whole(line)) for i, line in enumerate(lines, start=1) if line.strip()]
+    if not comments or comments[0][1] != f"# {FORMAT}":
         raise LogError(f"{path.name} is not an omx log: its first line must be `# {FORMAT}`.")
-    facts: dict = {"geometry": COURSE}
-    for line in comments[1:]:
+    facts: dict = {}
+    for number, line in comments[1:]:
         key, _, value = line[2:].partition(": ")
-        facts[key] = value
-        if key == "geometry":
-            name, _, lengths = value.rpartition(": ")
-            facts[key] = Geometry(name, **{k: float(v) for k, v in (p.split("=") for p in lengths.split(", "))})
-    return facts
+        if key in facts:
+            raise LogError(f"{path.name}, line {number}: a second `{key}`.")
+        facts[key] = _geometry(value, path, number) if key == "geometry" else _note(value)
+    return {"geometry": COURSE, **facts}
 
 
-def _units(heading: str) -> dict[str, str]:
-    units = {}
+def _whole(line: str) -> str:
+    """A comment without the quotes and the empty cells that a spreadsheet adds."""
+    line = line.rstrip(",;")
+    return line[1:-1].replace('""', '"') if line.startswith('"') and line.endswith('"') else line
+
+
+def _note(value: str) -> str:
+    try:
+        note = json.loads(value) if value.startswith('"') else value
+    except ValueError:
+        return value
+    return note if isinstance(note, str) else value
+
+
+def _geometry(value: str, path: Path, number: int) -> Geometry:
+    name, _, lengths = value.rpartition(": ")
+    try:
+        given = {key: float(length) for key, length in (part.split("=") for part in lengths.split(", "))}
+        return Geometry(name, **given)
+    except (ValueError, TypeError) as error:
+        raise LogError(f"{path.name}, line {number}: not a geometry: {value[:60]!r}.") from error
+
+
+def _units(heading: str, path: Path, number: int) -> dict[str, str]:
+    units: dict[str, str] = {}
     for cell in next(csv.reader([heading])):
-        name, _, unit = cell.partition(" (")
-        units[name] = unit.removesuffix(")")
+        name, bracket, unit = cell.rpartition(" (")
+        name, unit = (name, unit.removesuffix(")")) if bracket else (cell, "")
+        if not name or name in units:
+            raise LogError(f"{path.name}, line {number}: a column without a name, or two called {name!r}.")
+        units[name] = unit
     return units
 
 
@@ -209,7 +251,7 @@ def _sample(line: str, wanted: int, path: Path, number: int) -> tuple[float, ...
 def _unused(path: Path) -> Path:
     """`path`, or `name-2.csv`, `name-3.csv` ... if that exists: a log is never overwritten."""
     candidate, i = path, 2
-    while candidate.exists():
+    while os.path.lexists(candidate):
         candidate = path.with_name(f"{path.stem}-{i}{path.suffix}")
         i += 1
     return candidate

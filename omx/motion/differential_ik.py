@@ -144,12 +144,12 @@ def _chain_task(pose, chain: Chain):
 def _damped(J, wanted, damping: float) -> np.ndarray:
     """The joint steps for the task steps `wanted` (..., m); the least ones where J (..., m, n) is not square."""
     if damping == 0 and J.shape[-1] == J.shape[-2]:
-        return np.linalg.solve(J, np.broadcast_to(wanted, J.shape[:-1])[..., None])[..., 0]
+        return np.linalg.solve(J, wanted[..., None])[..., 0]
     if damping == 0:
         return (np.linalg.pinv(J) @ wanted[..., None])[..., 0]
     turned = np.swapaxes(J, -1, -2)
     inner = J @ turned + damping**2 * np.eye(J.shape[-2])
-    return (turned @ np.linalg.solve(inner, np.broadcast_to(wanted, J.shape[:-1])[..., None]))[..., 0]
+    return (turned @ np.linalg.solve(inner, wanted[..., None]))[..., 0]
 
 
 def _rotation_vector(R) -> np.ndarray:

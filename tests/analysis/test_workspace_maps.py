@@ -198,5 +198,5 @@ def test_a_bad_number_of_samples_is_refused(samples):
 
 
 def test_a_cell_without_size_is_refused():
-    with pytest.raises(omx.BadInput, match="positive"):
+    with pytest.raises(omx.BadInput, match="more than 0"):
         workspace.count_plane(100, step=0.0)

@@ -156,3 +156,50 @@ def test_a_chapter_is_named_by_its_beginning():
     assert normalise.chapters([str(path)]) == [path]
     with pytest.raises(Stop, match="There is no chapter '77'"):
         normalise.chapters(["77"])
+
+
+# ---- the student works ------------------------------------------------------------------------------------
+
+EXERCISE = "### Exercise 7.{} · A name\n\n*Difficulty 2 of 5, about 10 minutes.*\n\nDo it. *Hint:* think."
+RECALL = "\n\n".join("**Why?**\n\n<details><summary>Answer</summary>\n\nSo.\n\n</details>" for _ in range(3))
+IN_WORDS = "**Model answer.** Because.\n\n**Rubric.** One point for the cause."
+
+
+def a_working_chapter():
+    cells = [markdown(RECALL, tags=["recall"])]
+    for number in range(1, 7):
+        cells.append(markdown(EXERCISE.format(number), tags=["exercise"]))
+        if number == 6:
+            cells.append(markdown(IN_WORDS, tags=["solution"]))
+        else:
+            cells += [code("x = 1", tags=["solution"]), code("check.expression(x, y)", tags=["check"])]
+    cells.insert(2, code("def f(): return 2", tags=["broken"]))
+    return cells
+
+
+def test_a_chapter_in_which_the_student_works():
+    assert list(lint.the_student_works(a_working_chapter())) == []
+    assert list(lint.exercises(a_working_chapter())) == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("<summary>Answer</summary>", "", "wants one cell tagged 'recall'"),
+        ("*Difficulty 2 of 5", "*Difficulty 6 of 5", "without a line"),
+        ("check.expression(x, y)", "assert x", "0 exercises judged by"),
+        ("def f(): return 2", None, "broken on purpose"),
+        ("**Rubric.**", "Rubric:", "no exercise in words"),
+        ("### Exercise 7.6", None, "5 exercises"),
+    ],
+)
+def test_work_that_is_missing_is_named(old, new, message):
+    changed = old if new is None else new
+    cells = [{**cell, "source": cell["source"].replace(old, changed)} for cell in a_working_chapter()]
+    cells = [cell for cell in cells if new is not None or old not in cell["source"]]
+    assert message in "\n".join(what for _, what in lint.the_student_works(cells))
+
+
+def test_an_answer_in_words_needs_no_check_but_code_does():
+    cells = a_working_chapter()
+    assert "ends with 'solution'" in str(list(lint.exercises([*cells[:-1], code("x = 1", tags=["solution"])])))

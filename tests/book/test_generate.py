@@ -1,4 +1,4 @@
-"""`python -m omx.derive`: a scratch chapter writes its module, and the check notices every way to disagree."""
+"""`python run.py generate`: a scratch chapter writes its module, and the check notices every way to disagree."""
 
 import subprocess
 import sys

@@ -55,16 +55,26 @@ def test_task_space_is_position_pitch_and_yaw():
 
 
 READINGS = {
-    (14.41, -44.91, -59.68, 89.74): (16.8, 4.318, 336.728),
-    (-89.47, 14.85, 29.88, -44.47): (2.485, -270.022, 106.487),
+    (14.41, -44.74, -59.59, 89.47): ("17.654", "4.538", "337.095"),
+    (14.41, -44.91, -59.68, 89.74): ("16.800", "4.318", "336.728"),
+    (14.5, -45, -59.85, 90): ("16.099", "4.164", "336.471"),
+    (-88.95, 14.5, 29.62, -44.3): ("4.974", "-270.199", "108.745"),
+    (-89.21, 14.59, 29.71, -44.38): ("3.730", "-270.135", "108.195"),
+    (-89.47, 14.85, 29.88, -44.47): ("2.485", "-270.022", "106.487"),
+    (-89.74, 14.94, 29.97, -44.65): ("1.242", "-269.942", "106.131"),
 }
 
 
 @pytest.mark.parametrize(("q", "printed"), READINGS.items())
-def test_readings_of_the_real_arm_agree_within_the_rounding_of_their_angles(q, printed):
-    """The log prints angles to 0.01 deg: each coordinate may be off by what half of that does at the tip."""
+def test_readings_of_the_real_arm_agree_to_the_last_digit_once_their_ticks_are_restored(q, printed):
+    """The log prints whole ticks rounded to 0.01 deg; unrestored, the rounding allows what its half does at the tip."""
+    ticks = np.round(np.array(q) * 4096 / 360)
+    assert np.abs(ticks * 360 / 4096 - q).max() < 0.005
+    assert_prints(omx.pose(ticks * 2 * pi / 4096)[:3], printed)
     allowed = np.abs(omx.jacobian(rad(*q))[:3]).sum(axis=1) * radians(0.005) + 0.0005
-    assert (np.abs(np.array(omx.pose(rad(*q))[:3]) - printed) <= allowed).all()
+    gaps = np.abs(np.array(omx.pose(rad(*q))[:3]) - np.array(printed, float))
+    assert (gaps <= allowed).all()
+    assert gaps.max() > 0.005
 
 
 def test_erratum_row_3_of_the_table_turns_with_theta_3():
@@ -98,12 +108,25 @@ def test_erratum_the_third_row_of_a_planar_link_is_0_0_1_0():
     assert A2[:3, :3].det().simplify() == 1
 
 
-def test_erratum_the_expected_poses_are_whole_numbers():
-    """(274, 0, 204), (16, 4, 336), (0, -270, 106): each within a millimetre of the sanity table, not equal to it."""
-    expected = [(274, 0, 204), (16, 4, 336), (0, -270, 106)]
-    for q, whole in zip(SANITY, expected, strict=True):
-        gaps = np.abs(omx.fk(rad(*q))[:3, 3] - whole)
-        assert 0.3 < gaps.max() < 1
+def test_erratum_the_prelabs_table_and_its_matrices_are_two_arms():
+    """The table has the modified convention's a beside a standard alpha; the matrices are standard, without L1."""
+    table = oracles.product([(0, 77, 0, pi / 2), (0, 0, 0, 0), (0, 0, 130, 0), (0, 0, 124, 0)], omx.ZERO)[-1]
+    matrices = oracles.product([(0, 0, 0, pi / 2), (0, 0, 130, 0), (0, 0, 124, 0), (0, 0, 126, 0)], omx.ZERO)[-1]
+    np.testing.assert_allclose(table[:3, 3], (254, 0, 77), atol=1e-12)
+    np.testing.assert_allclose(matrices[:3, 3], (380, 0, 0), atol=1e-12)
+
+
+def test_erratum_the_caption_of_figure_3_1_lacks_a_minus():
+    as_printed, as_meant = (omx.pose(rad(15, -45, q3, 90)).z for q3 in (60, -60))
+    assert_prints([as_printed, as_meant], ("30.5", "336.7"))
+
+
+def test_erratum_the_targets_of_lab_3_are_cut_in_z_and_rounded_in_x_and_y():
+    """(274, 0, 204), (16, 4, 336), (0, -270, 106), against the poses of lab 2's sanity table."""
+    for q, whole in zip(SANITY, [(274, 0, 204), (16, 4, 336), (0, -270, 106)], strict=True):
+        x, y, z = omx.fk(rad(*q))[:3, 3]
+        assert (round(x), round(y), int(z)) == whole
+        assert round(z) == whole[2] + 1
 
 
 def test_erratum_rounded_poses_move_the_joints_by_degrees():

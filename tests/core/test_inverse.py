@@ -77,7 +77,9 @@ def test_the_order_is_front_up_front_down_back_up_back_down():
     assert sides == [(True, True), (True, False), (False, True), (False, False)]
 
 
-def test_front_means_facing_the_target_and_up_means_above_the_line_to_the_wrist():
+def test_front_means_facing_the_target_and_up_means_that_the_forearm_bends_down():
+    """Seen with the base facing right, the elbow of `up` is left of the way from shoulder to wrist: above that line
+    where the wrist is in front of the shoulder, and below it where it is behind."""
     for q in oracles.random_q(200, 4):
         pose = omx.pose(q)
         for solution in omx.ik(pose):
@@ -89,6 +91,14 @@ def test_front_means_facing_the_target_and_up_means_above_the_line_to_the_wrist(
             ahead = (np.cos(solution.q[0]), np.sin(solution.q[0]), 0)
             side = np.cross(wrist - shoulder, elbow - shoulder) @ np.cross(ahead, (0, 0, 1))
             assert (side > 0) == solution.elbow_up or abs(side) < 1e-6
+            bend = np.angle(np.exp(1j * (solution.q[2] + pi / 2 - COURSE.delta)))
+            assert (bend > 0) == solution.elbow_up or abs(bend) < 1e-6
+
+
+def test_behind_the_shoulder_elbow_up_is_the_lower_elbow():
+    """The four-branch figure of chapter 04: both wrists are behind the shoulder."""
+    heights = [omx.frames(s)[2, 2, 3] for s in omx.ik((24, -18, 340, pi / 3))]
+    assert [round(h) for h in heights] == [138, 180, 111, 204]
 
 
 def test_elbows_mirror_and_keep_the_pitch():

@@ -212,3 +212,11 @@ def test_short_abbreviates_sums_of_symbols_and_leaves_other_angles():
 def test_show_is_an_equation_with_one_or_more_sides():
     assert sp.latex(show("r", R)).startswith("r = ")
     assert sp.latex(show("A_1", A1, numbers(A1, {q1: 0, L1: 77}))).count("=") == 2
+
+
+def test_show_sets_words_upright_and_atan2_with_its_2_on_the_line():
+    bend, D, s = sp.symbols("bend D s")
+    assert sp.latex(show("bend", sp.atan2(s, D))) == r"\mathrm{bend} = \mathrm{atan2}\left(s, D\right)"
+    assert sp.latex(show("gamma", sp.Matrix([bend + D]))) == (
+        r"\gamma = \left[\begin{matrix}D + \mathrm{bend}\end{matrix}\right]"
+    )

@@ -1,18 +1,19 @@
 """Logs: what is written is read back to the last bit, and nothing that was sampled is lost."""
 
+import csv
 import io
 import math
 import os
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import omx
 from omx.errors import BadInput, LogError
 from omx.hardware.clock import SteppedClock, ticks
-from omx.hardware.log import ProgressBar, Recorder, read_log, write_log
+from omx.hardware.log import Recorder, read_log, write_log
 
 COLUMNS = {"t": "s", "q1": "deg", "current1": "mA"}
 
@@ -149,48 +150,98 @@ def test_ticks_need_a_time_and_a_rate(seconds, rate):
         list(ticks(seconds, rate))
 
 
-# ---- the progress bar ----
+# ---- what people write into it ----
+
+words = st.text(st.characters(codec="utf-8"), max_size=30)
 
 
-class Screen(io.StringIO):
-    """A terminal that shows what a person would see: a carriage return goes back and writes over."""
-
-    def isatty(self):
-        return True
-
-    def lines(self):
-        return [line.rsplit("\r", 1)[-1] for line in self.getvalue().split("\n")]
-
-
-def test_a_progress_bar_draws_over_itself_and_ends_its_line():
-    screen = Screen()
-    bar = ProgressBar("log ", 10, screen)
-    for i in range(101):
-        bar(i / 100)
-    assert screen.lines() == ["log [##########] 100 %", ""]
-    drawn = screen.getvalue().split("\r")[1:]
-    assert drawn == sorted(set(drawn), key=drawn.index)  # nothing is drawn twice
-    assert all(line.count("#") + line.count(".") == 10 for line in drawn)
+@settings(max_examples=200, deadline=None)
+@given(words, words)
+@example("Bob\n2nd", "# geometry: mine: L1=1.0")
+@example("Bob\n# geometry: mine: L1=1.0, L2=2.0, L3=3.0, L4=4.0, delta=0.0", "a\n1,2,3\n")
+@example('=HYPERLINK("http://x")', "x,=1+1;=2+2\t=3+3")
+@example('"quoted"', ' "\\ud83d" ')
+def test_any_note_comes_back_and_is_no_other_line(tmp_path_factory, first, second):
+    path = tmp_path_factory.mktemp("log") / "any.csv"
+    with Recorder(path, COLUMNS, omx.MAKER, student=first, remark=second) as recorder:
+        recorder.write(1, 2, 3)
+    log = read_log(path)
+    assert log.notes == {"student": first, "remark": second}
+    assert (log.geometry, log.units, log.samples) == (omx.MAKER, COLUMNS, [(1.0, 2.0, 3.0)])
+    for separator in ",;\t":  # whatever a spreadsheet splits at
+        for row in csv.reader(io.StringIO(path.read_text(encoding="utf-8"), newline="\n"), delimiter=separator):
+            assert not any(cell.lstrip().startswith(("=", "@", "+")) for cell in row)
 
 
-@pytest.mark.parametrize("share", [-1, 0, 0.5, 1, 2])
-def test_a_progress_bar_never_leaves_its_frame(share):
-    screen = Screen()
-    ProgressBar("", 10, screen)(share)
-    assert screen.lines()[0].startswith("[" + "#" * round(10 * min(max(share, 0), 1)))
+@pytest.mark.parametrize("name", ["q1, measured", 'the "true" q1', "x (tool)", "x; y", "Winkel q1"])
+def test_odd_column_names_come_back(tmp_path, name):
+    columns = {"t": "s", name: "deg"}
+    with Recorder(tmp_path / "odd.csv", columns) as recorder:
+        recorder.write(0.0, 1.5)
+    assert read_log(tmp_path / "odd.csv").units == columns
 
 
-def test_a_progress_bar_in_a_file_is_one_line():
-    page = io.StringIO()
-    bar = ProgressBar("", 10, page)
-    for share in (0.0, 0.3, 1.0, 1.0):
-        bar(share)
-    assert page.getvalue() == "[##########] 100 %\n"
+@pytest.mark.parametrize("columns", [{"": "s"}, {"=1+1": "s"}, {"#t": "s"}, {"t\nx": "s"}, {"t": "s\n"}, {"t": "(s)"}])
+def test_names_that_would_not_come_back_are_refused(tmp_path, columns):
+    with pytest.raises(BadInput, match="column"):
+        Recorder(tmp_path / "x.csv", columns)
+    for note in ("geometry", "a: b", "a\nb", "=a"):
+        with pytest.raises(BadInput, match="note"):
+            Recorder(tmp_path / "x.csv", COLUMNS, **{note: "text"})
+    assert not list(tmp_path.iterdir())
 
 
-def test_a_screen_that_is_gone_does_not_stop_the_work():
-    screen = Screen()
-    bar = ProgressBar("", 10, screen)
-    screen.close()
-    bar(0.5)
-    bar(1.0)
+def test_a_spreadsheet_may_save_it_again(tmp_path):
+    path = tmp_path / "run.csv"
+    with Recorder(path, COLUMNS, omx.MAKER, student="Ann, Bob", group="7") as recorder:
+        recorder.write(0.5, -1.25, 3.0)
+    log = read_log(path)
+    lines = path.read_text(encoding="utf-8").splitlines()
+    padded = [line + ",," if line.startswith(("#", '"#')) else line for line in lines]
+    path.write_bytes(b"\xef\xbb\xbf" + "\r\n".join([*padded, ""]).encode())
+    assert read_log(path) == log
+
+
+@pytest.mark.parametrize(
+    ("line", "text", "message"),
+    [
+        (2, b"# geometry: mine: L1=77.0, L2=long", "not a geometry"),
+        (2, b"# geometry: mine", "not a geometry"),
+        (3, b"# student: B\xf6b", "UTF-8"),
+        (3, b"# geometry: mine: L1=1.0", "a second `geometry`"),
+        (4, b"t (s),t (s),q1 (deg)", "two called 't'"),
+        (6, b"0.1,# note: x,3", "not numbers"),
+        (6, b"# student: again", "not numbers"),
+        (6, b"1,2", "2 values"),
+    ],
+)
+def test_each_damaged_line_is_named(tmp_path, line, text, message):
+    path = tmp_path / "bad.csv"
+    with Recorder(path, COLUMNS, student="Ann") as recorder:
+        for i in range(3):
+            recorder.write(i, i, i)
+    lines = path.read_bytes().split(b"\n")
+    lines[line - 1] = text
+    path.write_bytes(b"\n".join(lines))
+    with pytest.raises(LogError, match=f"line {line}: .*{message}"):
+        read_log(path)
+
+
+@pytest.mark.parametrize("name", ["x" * 300 + ".csv", "a\0b.csv"])
+def test_a_name_that_no_file_can_have_is_one_clear_error(tmp_path, name):
+    with pytest.raises(LogError, match="cannot write"):
+        Recorder(tmp_path / name, COLUMNS)
+    with pytest.raises(LogError, match="cannot read"):
+        read_log(tmp_path / name)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need a privilege there")
+def test_a_link_to_nowhere_counts_as_taken(tmp_path):
+    (tmp_path / "run.csv").symlink_to(tmp_path / "gone.csv")
+    with Recorder(tmp_path / "run.csv", COLUMNS) as recorder:
+        assert recorder.path.name == "run-2.csv"
+
+
+def test_a_sample_is_numbers(tmp_path):
+    with Recorder(tmp_path / "x.csv", COLUMNS) as recorder, pytest.raises(BadInput, match="numbers"):
+        recorder.write("one", 2, 3)

@@ -139,11 +139,11 @@ class Bus:
 
     def clear_turns(self, servo: int):
         """Bring the position of one servo, at rest, back to within one turn."""
-        self._ask(_id(servo), Do.CLEAR, b"\x01\x44\x58\x4c\x22", [(servo, 0)], "clear its turns")
+        self._ask(_id(servo), Do.CLEAR, pk.CLEAR_TURNS, [(servo, 0)], "clear its turns")
 
     def factory_reset(self, servo: int, keep_baud: bool = True):
         """Put all registers of one servo but its id, and its baud rate, to the factory's values; it reboots."""
-        option = b"\x02" if keep_baud else b"\x01"
+        option = pk.RESET_BUT_ID_AND_BAUD if keep_baud else pk.RESET_BUT_ID
         self._ask(_id(servo), Do.FACTORY_RESET, option, [(servo, 0)], "reset to the factory's values")
 
     # ---- several servos in one transaction ----

@@ -28,6 +28,7 @@ class Instruction(IntEnum):
     FACTORY_RESET = 0x06
     REBOOT = 0x08
     CLEAR = 0x10
+    BACKUP = 0x20
     STATUS = 0x55
     SYNC_READ = 0x82
     SYNC_WRITE = 0x83
@@ -36,6 +37,11 @@ class Instruction(IntEnum):
     BULK_WRITE = 0x93
     FAST_BULK_READ = 0x9A
 
+
+#: Parameters of CLEAR (forget whole turns), BACKUP (the table into the servo's store, and back), FACTORY_RESET.
+CLEAR_TURNS = b"\x01DXL\x22"
+STORE, RESTORE = b"\x01CTRL", b"\x02CTRL"
+RESET_ALL, RESET_BUT_ID, RESET_BUT_ID_AND_BAUD = b"\xff", b"\x01", b"\x02"
 
 #: What the low seven bits of a status packet's error byte mean. Bit 7 is the alert: look at register 70.
 STATUS_ERRORS = {

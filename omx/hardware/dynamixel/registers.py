@@ -147,14 +147,22 @@ BAUDS = (9600, 57600, 115200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_
 MODES = {"current": 0, "velocity": 1, "position": 3, "extended": 4, "current_position": 5, "pwm": 16}
 DRIVE_REVERSE, DRIVE_TIME_BASED, DRIVE_TORQUE_BY_GOAL = 1, 4, 8
 WATCHDOG_TRIPPED = 255
+#: Bits of startup_configuration (register 60).
+STARTUP_TORQUE_ON, STARTUP_RESTORE_RAM = 1, 2
 #: Bits of hardware_error (register 70) and of the shutdown mask (register 63).
+VOLTAGE, OVERHEATED, ENCODER, SHOCK, OVERLOAD = 0x01, 0x04, 0x08, 0x10, 0x20
 HARDWARE_ERRORS = {
-    0x01: "input voltage out of range",
-    0x04: "overheated",
-    0x08: "encoder fault",
-    0x10: "electrical shock or too little power",
-    0x20: "overload",
+    VOLTAGE: "input voltage out of range",
+    OVERHEATED: "overheated",
+    ENCODER: "encoder fault",
+    SHOCK: "electrical shock or too little power",
+    OVERLOAD: "overload",
 }
+#: The control loops' gains: a backup keeps them, a new mode resets them.
+GAINS = (
+    "velocity_i_gain", "velocity_p_gain", "position_d_gain", "position_i_gain", "position_p_gain",
+    "feedforward_2nd_gain", "feedforward_1st_gain",
+)  # fmt: skip
 
 
 def register(name: str) -> Register:

@@ -10,7 +10,7 @@ import dynamixel_sdk
 from ...errors import PortLost
 from ..clock import Clock
 from . import packet as pk
-from .serial_line import open_line
+from .serial_line import check_busy, open_line
 
 #: More bytes than any answer has: a line that goes on after them is noise, not an answer.
 MOST_BYTES = 4 * pk.MAX_LENGTH
@@ -85,6 +85,8 @@ class Port(dynamixel_sdk.PortHandler):
             return call(*args)
         except Exception as error:  # pyserial lets OSError, termios.error and TypeError through
             self.closePort()
+            if "://" in self.port_name:
+                check_busy(self.port_name)
             raise PortLost(self.port_name, f"the port has gone ({error}). Is the USB plug in?") from error
 
     def getCurrentTime(self):

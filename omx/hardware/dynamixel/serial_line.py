@@ -2,6 +2,8 @@
 
 import contextlib
 import errno
+import socket
+from urllib.parse import urlsplit
 
 import serial
 from serial import SerialException as SerialException  # the virtual line raises it, too
@@ -24,6 +26,8 @@ _REASONS = {
     "in again; on Windows another program has it open",
     errno.ECONNREFUSED: "nobody listens there. Is the virtual arm running?",
 }
+#: What a served arm says to a second client before it hangs up.
+BUSY_NOTE = b"busy\n"
 _BUSY = "another program or another notebook has it open. Close that one first: two at once corrupt each other"
 
 
@@ -34,6 +38,7 @@ def open_line(name: str, baud: int):
     """
     try:
         if "://" in name:
+            socket_address(name)
             return serial.serial_for_url(name, baudrate=baud, timeout=READ_TIMEOUT_S)
         line = serial.Serial(name, baudrate=baud, timeout=READ_TIMEOUT_S, exclusive=True)
     except (OSError, ValueError) as error:
@@ -42,6 +47,24 @@ def open_line(name: str, baud: int):
     with contextlib.suppress(Exception):  # Linux and a USB adapter: 1 ms instead of 16 ms latency
         line.set_low_latency_mode(True)
     return line
+
+
+def socket_address(name: str) -> tuple[str, int]:
+    """Host and port of `socket://127.0.0.1:PORT`; raises PortError if there is no port."""
+    try:
+        parts = urlsplit(name)
+        if parts.hostname and parts.port:
+            return parts.hostname, parts.port
+    except ValueError:  # a port that is no number, or too large
+        pass
+    raise PortError(name, "a served arm is named socket://127.0.0.1:PORT, as it prints at its start")
+
+
+def check_busy(name: str):
+    """Raise PortBusy if the served arm `name`, which has hung up on us, says that somebody else has it."""
+    with contextlib.suppress(OSError), socket.create_connection(socket_address(name), timeout=0.5) as line:
+        if line.recv(len(BUSY_NOTE)) == BUSY_NOTE:
+            raise PortBusy(name, _BUSY)
 
 
 def _explained(name: str, error: Exception) -> PortError:

@@ -204,8 +204,8 @@ class Robot:
         """Sample for `seconds`, `rate` times a second, into a CSV file, while the arm does what it was told.
 
         Columns: t (s), q1 .. q4 (deg), v1 .. v4 (deg/s), i1 .. i4 (mA), x, y, z (mm), pitch (deg). `progress(share)` is
-        called now and then; `omx.log.progress_bar()` draws it. Whatever ends it early, the arm holds, and every sample
-        taken is on the disk, and in `LogError.samples`.
+        called now and then, with 0 .. 1. Whatever ends it early, the arm holds, and every sample taken is on the disk,
+        and in `LogError.samples`.
         """
         with Recorder(path, COLUMNS, self.geometry, **notes) as recorder:
             try:

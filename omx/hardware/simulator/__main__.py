@@ -2,51 +2,127 @@
 
 import argparse
 import contextlib
+import signal
 import sys
 
-from ...arm import HOME
-from ...errors import OmxError
+from ...arm import ARM_IDS, HOME
+from ...errors import BadInput, OmxError
+from ..clock import Clock
+from ..dynamixel.registers import register
 from .endpoints import PtyEnd, TcpEnd
 from .faults import KINDS
 from .server import Orders, parse_fault, serve
 from .virtual_arm import VirtualArm
 
 
+class _Parser(argparse.ArgumentParser):
+    """Says in one sentence what is wrong, without the list of all options."""
+
+    def error(self, message):
+        self.exit(2, f"{self.prog}: {message}. --help lists the options.\n")
+
+
+def _port(text: str) -> int:
+    if not (text.isdecimal() and int(text) <= 65535):
+        raise argparse.ArgumentTypeError(f"a TCP port is 0 .. 65535, got {text!r}")
+    return int(text)
+
+
 def arguments() -> argparse.ArgumentParser:
     """The command line."""
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="python -m omx.hardware.simulator",
-        description="A virtual OpenMANIPULATOR-X behind a serial port. Prints the port's name, and ends when its "
-        "standard input ends (Ctrl-D, or the end of the program that started it).",
-        epilog="Faults, at the start with --fault or later as lines of standard input: "
+        description="A virtual OpenMANIPULATOR-X behind a serial port. Prints the port's name, and serves it until it "
+        "is interrupted or terminated.",
+        epilog="Faults, at the start with --fault or later with --stdin: "
         + "; ".join(f"{name}: {kind.text}" for name, kind in KINDS.items()),
     )
     where = parser.add_mutually_exclusive_group(required=True)
-    where.add_argument("--tcp", type=int, metavar="PORT", help="a TCP port on 127.0.0.1; 0 takes a free one")
+    where.add_argument("--tcp", type=_port, metavar="PORT", help="a TCP port on 127.0.0.1; 0 takes a free one")
     where.add_argument("--pty", action="store_true", help="a pseudo-terminal (Linux and macOS)")
     parser.add_argument("--scale", type=float, default=1.0, help="how many times as fast as real time (default 1)")
-    parser.add_argument("--fault", action="append", default=[], help='"KIND servo=13 count=2 after=0.5 value=1"')
-    parser.add_argument("--q", type=float, nargs=4, default=HOME, metavar="RAD", help="joint angles at the start")
+    parser.add_argument(
+        "--stdin",
+        action="store_true",
+        help="take orders on standard input, one a line: a fault, or `clear`; end when it ends",
+    )
+    start = parser.add_argument_group("the arm at the start; it is ideal unless asked otherwise")
+    start.add_argument("--q", type=float, nargs=4, default=HOME, metavar="RAD", help="joint angles (default: home)")
+    start.add_argument(
+        "--set",
+        action="append",
+        nargs="+",
+        default=[],
+        metavar=("SERVO", "NAME=VALUE"),
+        help="registers of a servo, 11 .. 15 or `all`: --set all drive_mode=4 --set 12 homing_offset=-400",
+    )
+    start.add_argument("--fault", action="append", default=[], help='"KIND servo=13 count=2 after=0.5 value=1"')
+    start.add_argument("--payload", type=float, default=0.0, metavar="G", help="mass at the tool; the maker allows 500")
+    start.add_argument(
+        "--backlash", type=float, default=0.0, metavar="DEG", help="play of each joint; the servo's data sheet: 0.25"
+    )
+    start.add_argument(
+        "--encoder-ripple", type=float, default=0.0, metavar="DEG", help="non-linearity; the AS5045's data sheet: 0.5"
+    )
+    start.add_argument(
+        "--encoder-noise", type=float, default=0.0, metavar="DEG", help="rms; the AS5045's data sheet: 0.03 to 0.06"
+    )
     return parser
 
 
 def main(argv=None) -> int:
-    """Serve until standard input ends."""
+    """Serve until a signal, or the end of standard input if that was asked for."""
     given = arguments().parse_args(argv)
     try:
-        arm = VirtualArm(given.q)
-        for text in given.fault:
-            kind, options = parse_fault(text)
-            arm.faults.inject(kind, **options)
+        arm, clock, orders = _arm(given), Clock(given.scale), Orders() if given.stdin else None
         end = _end(given)
     except (OmxError, OSError) as error:
         print(error, file=sys.stderr)
         return 1
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     print(end.name, flush=True)
     with contextlib.suppress(KeyboardInterrupt):
-        serve(end, arm, Orders(), given.scale)
+        serve(end, arm, clock, orders)
     end.close()
     return 0
+
+
+def _arm(given) -> VirtualArm:
+    settings: dict[int, dict[str, int]] = {}
+    for who, *registers in given.set:
+        if not registers:
+            raise BadInput(f"--set {who} names no register: --set {who} homing_offset=-400.")
+        for servo in _servos(who):
+            settings.setdefault(servo, {}).update(map(_setting, registers))
+    arm = VirtualArm(
+        given.q,
+        settings=settings,
+        payload_g=given.payload,
+        backlash_deg=given.backlash,
+        encoder_ripple_deg=given.encoder_ripple,
+        encoder_noise_deg=given.encoder_noise,
+    )
+    for text in given.fault:
+        kind, options = parse_fault(text)
+        arm.faults.inject(kind, **options)
+    return arm
+
+
+def _servos(text: str) -> tuple[int, ...]:
+    if text == "all":
+        return ARM_IDS
+    if text.isdecimal() and int(text) in ARM_IDS:
+        return (int(text),)
+    raise BadInput(f"--set takes a servo, {', '.join(map(str, ARM_IDS))} or `all`, then NAME=VALUE; got {text!r}.")
+
+
+def _setting(text: str) -> tuple[str, int]:
+    name, _, value = text.partition("=")
+    row = register(name)
+    try:
+        return row.name, int(value, 0)
+    except ValueError:
+        raise BadInput(f"--set takes NAME=VALUE with a whole number, homing_offset=-400; got {text!r}.") from None
 
 
 def _end(given):

@@ -1,7 +1,5 @@
 """A servo's memory: the control table with its rules about who may read and write what."""
 
-import struct
-
 from ..dynamixel import packet as pk
 from ..dynamixel.registers import REGISTERS, TABLE_SIZE, Register, at
 
@@ -12,7 +10,6 @@ _INDIRECT = {
     if row.name.startswith("indirect_data")
 }
 _FIRST_INDIRECT = min(_INDIRECT)
-_LIVE = struct.Struct("<BBhhiiiiHB")  # addresses 122 .. 146, which change by themselves
 
 
 class Refusal(Exception):
@@ -37,14 +34,20 @@ class Table:
 
     def put(self, name: str, value: int):
         """Set a register, without asking whether that is allowed."""
-        row = REGISTERS[name]
         self._values[name] = value
+        self.show(name, value)
+
+    def show(self, name: str, value: int):
+        """What the register `name`, which reports the present, reads from now on; `table[name]` does not know it."""
+        row = REGISTERS[name]
         self._memory[row.address : row.end] = (value % (1 << 8 * row.size)).to_bytes(row.size, "little")
 
-    def show(self, tick: int, *present: int):
-        """Set the registers that report the present: realtime_tick, then moving .. present_temperature in order."""
-        self._memory[120:122] = tick.to_bytes(2, "little")
-        _LIVE.pack_into(self._memory, 122, *present)
+    def shown(self, names, address: int, length: int) -> list[str]:
+        """Which of the registers `names` show in `length` bytes from `address`: all, if those stand for others."""
+        end = address + length
+        if end > _FIRST_INDIRECT:
+            return list(names)
+        return [name for name in names if REGISTERS[name].address < end and REGISTERS[name].end > address]
 
     def restore(self, keep=lambda row: False):
         """Put the factory's value into every writable register that `keep` does not name."""

@@ -7,40 +7,53 @@ import socket
 import struct
 import sys
 
+from ..dynamixel.serial_line import BUSY_NOTE
+
 LOOPBACK = "127.0.0.1"
 _TCGETS2 = 0x802C542A  # Linux: struct termios2, whose last two fields are the speeds in bits per second
 _TERMIOS2 = struct.Struct("4I20B2I")
 
 
 class TcpEnd:
-    """A TCP port on the loopback interface; one client at a time, as on a serial line."""
+    """A TCP port on the loopback interface; one client at a time, as on a serial line.
+
+    Every page in a browser may send a request to this computer. No packet begins with a letter as every request does,
+    so whoever begins with one is a web page, and is hung up on.
+    """
 
     baud = None  # a socket has no rate
 
     def __init__(self, port: int = 0):
         self._listener = socket.create_server((LOOPBACK, port), backlog=1)
         self._client: socket.socket | None = None
+        self._new = True  # until the client has said something
         self.name = f"socket://{LOOPBACK}:{self._listener.getsockname()[1]}"
 
-    def wait(self, seconds: float, waker):
-        """Return after `seconds`, or earlier when a client or the socket `waker` has something to read."""
-        select.select([waker, self._listener, *([self._client] if self._client else [])], [], [], seconds)
+    def wait(self, seconds: float, wakers):
+        """Return after `seconds`, or earlier when a client or one of the sockets `wakers` has something to read."""
+        select.select([*wakers, self._listener, *([self._client] if self._client else [])], [], [], seconds)
 
     def read(self) -> bytes:
         """What the client has sent. A newcomer is let in if there is no client, and shown the door otherwise."""
         if _readable(self._listener):
             newcomer, _ = self._listener.accept()
             if self._client and not self._gone():
+                with contextlib.suppress(OSError):
+                    newcomer.send(BUSY_NOTE)
                 newcomer.close()
             else:
+                self.hang_up()
                 newcomer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-                self._client = newcomer
+                newcomer.setblocking(False)
+                self._client, self._new = newcomer, True
         data = b""
         if self._client and _readable(self._client):
             with contextlib.suppress(OSError):
                 data = self._client.recv(4096)
-            if not data:
+            if not data or (self._new and data[:1].isalpha()):
                 self.hang_up()
+                return b""
+            self._new = False
         return data
 
     def _gone(self) -> bool:
@@ -51,10 +64,12 @@ class TcpEnd:
             return True
 
     def write(self, data: bytes):
-        """Send to the client, if one is there."""
+        """Send to the client, if one is there; what one that does not read has no room for is lost, as on a wire."""
         try:
             if self._client:
-                self._client.sendall(data)
+                self._client.send(data)
+        except BlockingIOError:
+            pass
         except OSError:
             self.hang_up()
 
@@ -97,9 +112,9 @@ class PtyEnd:
         settings = fcntl.ioctl(self._slave, _TCGETS2, bytes(_TERMIOS2.size))
         return _TERMIOS2.unpack(settings)[-1]
 
-    def wait(self, seconds: float, waker):
-        """Return after `seconds`, or earlier when the client or the socket `waker` has something to read."""
-        select.select([waker, self._master], [], [], seconds)
+    def wait(self, seconds: float, wakers):
+        """Return after `seconds`, or earlier when the client or one of the sockets `wakers` has something to read."""
+        select.select([*wakers, self._master], [], [], seconds)
 
     def read(self) -> bytes:
         """What the client has sent."""

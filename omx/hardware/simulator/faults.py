@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from ...arm import ARM_IDS
 from ...errors import BadInput
+from ..dynamixel import registers as reg
 
 
 @dataclass
@@ -209,10 +210,10 @@ KINDS = {
     "horn": _servo("the horn is screwed on `value` rad off", _horn, radians(90)),
     "blocked": _servo("something holds the joint; it can move `value` rad", _blocked, 0.0),
     "hot": _servo("the servo is at `value` degC", _property("temperature"), 75.0),
-    "overload": _servo("hardware error: overload", _hardware(0x20)),
-    "shock": _servo("hardware error: electrical shock", _hardware(0x10)),
-    "encoder": _servo("hardware error: encoder", _hardware(0x08)),
-    "overheated": _servo("hardware error: overheated", _hardware(0x04)),
+    "overload": _servo("hardware error: overload", _hardware(reg.OVERLOAD)),
+    "shock": _servo("hardware error: electrical shock", _hardware(reg.SHOCK)),
+    "encoder": _servo("hardware error: encoder", _hardware(reg.ENCODER)),
+    "overheated": _servo("hardware error: overheated", _hardware(reg.OVERHEATED)),
     "reboots": _servo("the servo restarts by itself", lambda arm, fault: arm.servo(fault.servo).reboot(arm.time)),
     "low_voltage": Kind("the supply gives `value` V", _property("supply"), 9.0),
 }

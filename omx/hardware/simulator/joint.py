@@ -8,9 +8,8 @@ in rad, torques in Nm, times in s.
 from math import copysign, exp, inf
 from typing import NamedTuple
 
-from ...arm import NO_LOAD_SPEED, STALL_CURRENT, STALL_TORQUE
+from ...arm import NO_LOAD_SPEED, STALL_TORQUE, TORQUE_PER_MA
 
-TORQUE_PER_MA = STALL_TORQUE / STALL_CURRENT
 #: Slope of the motor's line: torque lost per speed.
 DAMPING = STALL_TORQUE / NO_LOAD_SPEED
 #: Torque lost per speed when the motor is not powered and the load turns the gearbox: the arm falls slowly.
@@ -38,12 +37,24 @@ COAST = Drive(damping=COASTING)
 
 
 class Joint:
-    """The state of one joint: `angle`, `speed`, and `effort`, the torque of the motor on what it carries."""
+    """The state of one joint: `angle`, `speed`, and `effort`, the torque of the motor on what it carries.
 
-    def __init__(self, angle: float, low: float = -inf, high: float = inf, friction: float = FRICTION):
-        self.angle, self.low, self.high, self.friction = angle, low, high, friction
+    `play` (rad, from end to end) is between what the encoder sees and the link. The link leans to the side that its
+    load pushes it to, and without a load it lags behind the motion.
+    """
+
+    def __init__(
+        self, angle: float, low: float = -inf, high: float = inf, friction: float = FRICTION, play: float = 0.0
+    ):
+        self.angle, self.low, self.high, self.friction, self.play = angle, low, high, friction, play
         self.speed = 0.0
         self.effort = 0.0
+        self._lean = 0.0
+
+    @property
+    def link(self) -> float:
+        """Where the link really is (rad): `angle`, and half of the play."""
+        return self.angle + self._lean
 
     @property
     def current(self) -> float:
@@ -61,6 +72,13 @@ class Joint:
             wanted = copysign(drive.limit, drive.speed) if drive.speed else -load
         torque = min(max(wanted, -drive.limit), drive.limit)
         self.speed, self.effort = 0.0, torque
+        self._move(drive, wanted, torque, load, dt)
+        if not drive.limit:
+            self.effort = 0.0  # a motor without power draws no current, whatever turns it
+        if self.play and (load or self.speed):
+            self._lean = copysign(self.play / 2, load or -self.speed)
+
+    def _move(self, drive: Drive, wanted: float, torque: float, load: float, dt: float):
         if abs(torque + load) <= STICTION * self.friction:
             return
         friction = copysign(self.friction, torque + load)

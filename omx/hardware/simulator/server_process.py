@@ -20,7 +20,7 @@ class Served:
     def __init__(self, *arguments: str):
         path = os.pathsep.join(filter(None, [str(_ROOT), os.environ.get("PYTHONPATH")]))
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "omx.hardware.simulator", *(arguments or ("--tcp", "0"))],
+            [sys.executable, "-m", "omx.hardware.simulator", "--stdin", *(arguments or ("--tcp", "0"))],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,

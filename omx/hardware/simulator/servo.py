@@ -1,22 +1,27 @@
 """One XM430-W350: what its registers do to its motor, and what its motor does to its registers."""
 
-from math import expm1, inf, tau
+from math import degrees, expm1, inf
 
-from ...arm import MODEL, STALL_TORQUE, SUPPLY_VOLTS, TICKS_PER_TURN
+from ...arm import MODEL, STALL_TORQUE, SUPPLY_VOLTS, TICKS_PER_TURN, ZERO_TICK
 from ..dynamixel import registers as reg
+from ..dynamixel import units
 from . import profile
 from . import servo_rules as rules
 from .control_table import Table
-from .controller import POSITION_MODES, Controller
-from .joint import DAMPING, Drive, Joint
+from .controller import FULL_PWM, POSITION_MODES, Controller
+from .encoder import Encoder
+from .joint import COAST, DAMPING, Drive, Joint
+from .servo_rules import Effect
 
 REBOOT_S = 0.35
 OVERLOAD_TORQUE, OVERLOAD_S = 0.6 * STALL_TORQUE, 1.0
 AMBIENT, HEATING, COOLING_S = 25.0, 35.0, 300.0  # degC, degC per A^2, s
-_TICK = tau / TICKS_PER_TURN
-_SPEED = 0.229 * TICKS_PER_TURN / 60  # ticks/s a unit of velocity
-_ACCELERATION = 214.577 * TICKS_PER_TURN / 3600  # ticks/s^2 a unit of acceleration
+_TICK = units.ANGLE.scale
+_SPEED = units.VELOCITY.scale / _TICK  # ticks/s a unit of velocity
+_ACCELERATION = units.ACCELERATION.scale / _TICK  # ticks/s^2 a unit of acceleration
 _ARRIVED, _LOST = 20, 100  # ticks of error: "in position" below, "following error" above
+_QUARTER_TURN = TICKS_PER_TURN // 4
+_MOMENT_S = 0.002  # the noise of the encoder changes this often
 
 
 class Servo:
@@ -24,6 +29,7 @@ class Servo:
 
     def __init__(self, joint: Joint, servo_id: int, model: int = MODEL, firmware: int = 45):
         self.joint = joint
+        self.encoder = Encoder()
         self.table = Table()
         self.table.put("id", servo_id)
         self.table.put("baud_rate", reg.BAUDS.index(1_000_000))
@@ -36,14 +42,17 @@ class Servo:
         self.powered = True
         self.been_on = False  # whether its torque has ever been on
         self.mount = 0.0  # rad by which the horn was screwed on wrong
-        self._controller = Controller(self)
+        self._controller = Controller()
+        self._store: dict[str, int] = {}
         self._turns = self._stalled_s = 0
         self._changed = True  # until the controller has seen it
+        self._stepped = 0.0  # the time that the joint's angle belongs to
         self._asleep_until = self._booted = self._heard = 0.0
+        self._starting = False  # until it has done what it does at power-on
         self.table.put("goal_position", self.present())
 
     def __repr__(self) -> str:
-        return f"Servo(id {self.id}, {self.joint.angle / _TICK * 360 / 4096:.1f} deg)"
+        return f"Servo(id {self.id}, {degrees(self.joint.angle):.1f} deg)"
 
     @property
     def id(self) -> int:
@@ -60,6 +69,10 @@ class Servo:
     def awake(self, now: float) -> bool:
         """False while it has no power or is rebooting: then it neither hears nor answers."""
         return self.powered and now >= self._asleep_until
+
+    def hears(self, now: float, baud: int | None, protocol: int = 2) -> bool:
+        """Whether it understands a packet at this rate, None being a line without one."""
+        return self.awake(now) and baud in (None, self.baud) and self.table["protocol_type"] == protocol
 
     def listens_to(self, packet_id: int) -> bool:
         """Whether a packet with this id is for this servo: its id or its secondary id."""
@@ -80,34 +93,45 @@ class Servo:
     def _offset(self) -> int:
         """The homing offset as far as it counts: in position mode only up to a quarter turn."""
         offset = self.table["homing_offset"]
-        ignored = self.table["operating_mode"] == reg.MODES["position"] and abs(offset) > 1024
+        ignored = self.table["operating_mode"] == reg.MODES["position"] and abs(offset) > _QUARTER_TURN
         return 0 if ignored else offset
 
     @property
     def _zero(self) -> float:
         """The tick at which the joint is at 0 rad."""
-        return 2048 + self.sign * self.mount / _TICK + self._offset + 4096 * self._turns
+        return ZERO_TICK + self.sign * self.mount / _TICK + self._offset + TICKS_PER_TURN * self._turns
 
-    def present(self, elapsed: float = 0.0) -> int:
-        """Present position (ticks), `elapsed` s after the joint's last step."""
-        angle = self.joint.angle + self.joint.speed * elapsed
-        return round(self._zero + self.sign * angle / _TICK)
+    def present(self) -> int:
+        """The position (ticks) at the joint's last step, without noise."""
+        return round(self._ticks(self.joint.angle))
+
+    def _ticks(self, angle: float) -> float:
+        return self._zero + self.sign * self.encoder.reads(angle) / _TICK
 
     def wrap(self):
         """Forget whole turns, as at power-on and at torque-on in position mode."""
         self._turns = 0
-        self._turns = -((self.present() - self._offset) // 4096)
+        self._turns = -((self.present() - self._offset) // TICKS_PER_TURN)
 
     def angle_at(self, ticks: float) -> float:
         """The joint angle (rad) at which the position register reads `ticks`."""
-        return (ticks - self._zero) * self.sign * _TICK
+        return self.encoder.angle((ticks - self._zero) * self.sign * _TICK)
 
     # ---- what the motor is told ----
 
     def drive(self, now: float, dt: float) -> Drive:
         """What the motor is told for the next `dt` s."""
         self._changed = False
-        return self._controller.drive(now, dt)
+        if not (self.torque_on and self.powered):
+            return COAST
+        position, speed = self._set_point(now)
+        goal = self.angle_at(position), self.sign * units.ANGLE.value(speed)
+        full = STALL_TORQUE * self.volts / SUPPLY_VOLTS
+        return self._controller.drive(self.table, full, self.sign, self.joint.angle, goal, dt)
+
+    def _set_point(self, now: float) -> tuple[float, float]:
+        """Where the set-point is and how fast it moves (ticks, ticks/s): where the joint is, if there is none."""
+        return self.trajectory.at(now) if self.trajectory else (self._ticks(self.joint.angle), 0.0)
 
     def running(self, now: float) -> bool:
         """True while the set-point still moves, or speeds up or slows down."""
@@ -116,7 +140,7 @@ class Servo:
     @property
     def velocity(self) -> int:
         """Present velocity, in the register's units."""
-        return round(self.sign * self.joint.speed / _TICK / _SPEED)
+        return units.VELOCITY.raw(self.sign * self.joint.speed)
 
     def moving(self, now: float) -> bool:
         """What the register `moving` says: the set-point runs, or the joint is faster than the threshold."""
@@ -135,32 +159,40 @@ class Servo:
 
     def live(self, now: float, dt: float, look: bool):
         """`dt` seconds have passed, it is `now`; `look` says that it is time to look at the thermometer."""
+        self._stepped = now
         amps = self.joint.current / 1000
         warmth = AMBIENT + HEATING * amps * amps
         self.temperature += (warmth - self.temperature) * -expm1(-dt / COOLING_S)
         stalled = abs(self.joint.effort) > OVERLOAD_TORQUE
         self._stalled_s = self._stalled_s + dt if stalled else 0
         if self.awake(now):
+            if self._starting:
+                self.start(now)
             self._inspect(now, look)
 
     def _inspect(self, now: float, look: bool):
         """Notice what is wrong: too long a stall, too hot, a wrong voltage, silence on the bus."""
         table = self.table
         if self._stalled_s > OVERLOAD_S:
-            self.fail(0x20)
+            self.fail(reg.OVERLOAD)
         if look and self.temperature > table["temperature_limit"]:
-            self.fail(0x04)
-        if not table["min_voltage_limit"] <= round(self.volts * 10) <= table["max_voltage_limit"]:
-            self.fail(0x01)
-        if now >= self.deadline:
+            self.fail(reg.OVERHEATED)
+        if not table["min_voltage_limit"] <= units.VOLTAGE.raw(self.volts) <= table["max_voltage_limit"]:
+            self.fail(reg.VOLTAGE)
+        if now >= self._watchdog_at:
             self._trip(now)
 
     @property
-    def deadline(self) -> float:
+    def _watchdog_at(self) -> float:
         """When the watchdog trips if nothing is heard until then; never if it is not armed."""
         watchdog = self.table["bus_watchdog"]
         armed = 0 < watchdog < reg.WATCHDOG_TRIPPED and self.torque_on
-        return self._heard + watchdog * 0.02 if armed else inf
+        return self._heard + units.WATCHDOG.value(watchdog) if armed else inf
+
+    @property
+    def deadline(self) -> float:
+        """When it next does something by itself, if nothing is heard until then."""
+        return self._asleep_until if self._starting else self._watchdog_at
 
     def fail(self, bits: int):
         """Set hardware error bits; those in the shutdown mask switch the torque off."""
@@ -198,6 +230,8 @@ class Servo:
         if self.torque_on:
             self.hold(now)
 
+    # ---- starting, and the servo's store ----
+
     def reboot(self, now: float):
         """Start again: RAM to its defaults, silent for a while."""
         self.table.restore(keep=lambda row: row.eeprom)
@@ -208,8 +242,35 @@ class Servo:
         self.registered = None
         self.release()
         self._asleep_until = self._booted = now + REBOOT_S
+        self._starting = True
         self.wrap()
         self.table.put("goal_position", self.present())
+
+    def start(self, now: float):
+        """It is awake: do what startup_configuration asks for."""
+        self._starting = False
+        wanted = self.table["startup_configuration"]
+        if wanted & reg.STARTUP_RESTORE_RAM:
+            self._take(reg.GAINS)
+        if wanted & reg.STARTUP_TORQUE_ON:
+            self.table.put("goal_position", self.present())
+            self.set("torque_enable", 1, now)
+
+    def store(self):
+        """Keep EEPROM and gains, as the instruction BACKUP does."""
+        kept = [row.name for row in reg.REGISTERS.values() if row.writable and (row.eeprom or row.name in reg.GAINS)]
+        self._store = {name: self.table[name] for name in kept}
+        self.table.put("backup_ready", 1)
+
+    def restore(self, now: float):
+        """EEPROM as it was kept, and a reboot."""
+        self._take(row.name for row in reg.REGISTERS.values() if row.eeprom)
+        self.reboot(now)
+
+    def _take(self, names):
+        for name in names:
+            if name in self._store:
+                self.table.put(name, self._store[name])
 
     def power_up(self, now: float):
         """The supply is back."""
@@ -223,17 +284,17 @@ class Servo:
 
     # ---- registers ----
 
-    def read(self, address: int, length: int, now: float, elapsed: float) -> bytes:
-        """Bytes of the control table as they are now, `elapsed` s after the joint's last step."""
-        if address + length > 120:
-            self._show(now, elapsed)
+    def read(self, address: int, length: int, now: float) -> bytes:
+        """Bytes of the control table as they are now."""
+        for name in self.table.shown(_LIVE, address, length):
+            self.table.show(name, _LIVE[name](self, now))
         return self.table.read(address, length)
 
     def check(self, address: int, data: bytes) -> list[tuple[reg.Register, int]]:
         """The registers that `data` at `address` would set; `Refusal` if one of them must not be."""
         changes = self.table.changes(address, data)
         for row, value in changes:
-            rules.check(self, row, value)
+            rules.check(self.table, row, value)
         return changes
 
     def write(self, address: int, data: bytes, now: float):
@@ -245,7 +306,14 @@ class Servo:
         """Set a register, permitted or not, with all that this sets off."""
         before = self.table[name]
         self.table.put(name, value)
-        rules.apply(self, name, before, now)
+        for effect in rules.apply(self.table, name, before, planned=self.trajectory is not None):
+            if effect is Effect.RELEASE:
+                self.release()
+            elif effect is Effect.WRAP:
+                self.wrap()
+            else:
+                self.plan(now)
+        self.been_on = self.been_on or self.torque_on
         self.disturb()
 
     def plan(self, now: float):
@@ -268,29 +336,41 @@ class Servo:
             cruise = min(span, table["velocity_limit"] or span) * _SPEED
             self.trajectory = profile.by_speed(now, position, speed, goal, cruise, ramp * _ACCELERATION)
 
-    def _show(self, now: float, elapsed: float):
-        """Bring the registers that report the present up to date."""
-        table, sign, joint = self.table, self.sign, self.joint
-        position = self.present(elapsed)
-        running = self.running(now)
-        at, speed = self.trajectory.at(now) if self.trajectory else (position, 0.0)
-        at = at if table["operating_mode"] in POSITION_MODES else position
-        duty = (
-            (joint.effort + DAMPING * joint.speed) / (STALL_TORQUE * self.volts / SUPPLY_VOLTS) if self.torque_on else 0
-        )
-        error = abs(at - position)
-        status = (running << 1) | ((self.trajectory.shape << 4) if running else 0)
-        status |= (not running and error <= _ARRIVED) | (error > _LOST) << 3
-        table.show(
-            int((now - self._booted) * 1000) % 32768,
-            int(self.moving(now)),
-            status,
-            round(sign * min(max(duty, -1), 1) * 885),
-            round(sign * joint.current / 2.69),
-            self.velocity,
-            position,
-            round(speed / _SPEED),
-            round(at),
-            round(self.volts * 10),
-            round(self.temperature),
-        )
+    # ---- what the registers say that report the present ----
+
+    def _position(self, now: float) -> int:
+        angle = self.joint.angle + self.joint.speed * (now - self._stepped)
+        noise = self.sign * self.encoder.jitter(self.id, round(now / _MOMENT_S)) / _TICK
+        return round(self._ticks(angle) + noise)
+
+    def _aim(self, now: float) -> int:
+        """Where the set-point is; in modes without one, where the joint is."""
+        in_position = self.trajectory and self.table["operating_mode"] in POSITION_MODES
+        return round(self.trajectory.at(now)[0]) if in_position else self._position(now)
+
+    def _duty(self, now: float) -> int:
+        if not self.torque_on:
+            return 0
+        duty = (self.joint.effort + DAMPING * self.joint.speed) / (STALL_TORQUE * self.volts / SUPPLY_VOLTS)
+        return round(self.sign * min(max(duty, -1), 1) * FULL_PWM)
+
+    def _status(self, now: float) -> int:
+        running, error = self.running(now), abs(self._aim(now) - self._position(now))
+        shape = self.trajectory.shape << 4 if running else 0
+        return running << 1 | shape | (not running and error <= _ARRIVED) | (error > _LOST) << 3
+
+
+#: The registers that report the present: what each one reads at a time.
+_LIVE = {
+    "realtime_tick": lambda servo, now: int((now - servo._booted) * 1000) % 32768,
+    "moving": Servo.moving,
+    "moving_status": Servo._status,
+    "present_pwm": Servo._duty,
+    "present_current": lambda servo, now: units.CURRENT.raw(servo.sign * servo.joint.current),
+    "present_velocity": lambda servo, now: servo.velocity,
+    "present_position": Servo._position,
+    "velocity_trajectory": lambda servo, now: round(servo._set_point(now)[1] / _SPEED),
+    "position_trajectory": Servo._aim,
+    "present_voltage": lambda servo, now: units.VOLTAGE.raw(servo.volts),
+    "present_temperature": lambda servo, now: round(servo.temperature),
+}

@@ -25,8 +25,8 @@ class Frame(NamedTuple):
 class Line:
     """The servos of one arm, as they answer on the wire."""
 
-    def __init__(self, arm):
-        self._arm = arm
+    def __init__(self, servos):
+        self._servos = servos
         self._groups = {
             Do.SYNC_READ: self._sync_read,
             Do.FAST_SYNC_READ: self._sync_read,
@@ -38,7 +38,7 @@ class Line:
 
     def answer(self, packet: pk.Packet, now: float, baud: int | None = None) -> list[Frame]:
         """What comes back for one packet. `baud` is the sender's rate; None on a line that has none."""
-        servos = [s for s in self._arm.servos if s.awake(now) and baud in (None, s.baud)]
+        servos = [s for s in self._servos if s.hears(now, baud)]
         everyone = packet.id == pk.BROADCAST
         addressed = servos if everyone else [s for s in servos if s.listens_to(packet.id)]
         for servo in addressed:
@@ -55,7 +55,7 @@ class Line:
         frames = []
         for servo in sorted(servos, key=lambda s: s.id):
             own_id, level = servo.id, servo.table["status_return_level"]
-            answer = obey(servo, packet, now, self._arm.elapsed)
+            answer = obey(servo, packet, now)
             silent = packet.instruction != Do.PING if everyone else packet.id != own_id
             if level >= needed and not silent:
                 frames.append(_status(servo, own_id, *answer))
@@ -81,7 +81,7 @@ class Line:
             if not able:
                 break
             request = pk.Packet(servo_id, Do.READ, words(address, length))
-            answers = [obey(servo, request, now, self._arm.elapsed) for servo in able]
+            answers = [obey(servo, request, now) for servo in able]
             frames += _collide([_status(s, servo_id, *a) for s, a in zip(able, answers, strict=True)])
             error, data = answers[0]
             parts.append((servo_id, error | _alert(able[0]), data.ljust(length, b"\0")))
@@ -110,7 +110,7 @@ class Line:
     def _write_one(self, servos, servo_id, params, now):
         for servo in servos:
             if servo.id == servo_id:
-                obey(servo, pk.Packet(servo_id, Do.WRITE, params), now, 0.0)
+                obey(servo, pk.Packet(servo_id, Do.WRITE, params), now)
 
 
 def _able(servo, fast: bool) -> bool:

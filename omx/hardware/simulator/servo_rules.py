@@ -1,19 +1,28 @@
-"""The rules between registers: which writes a servo refuses, and what a write sets off."""
+"""The rules between registers: which writes a servo refuses, and what a write sets off.
+
+They see the control table only. What a write does to the servo itself comes back as `Effect`s, in order.
+"""
+
+from enum import Enum, auto
 
 from ..dynamixel import packet as pk
 from ..dynamixel import registers as reg
-from .control_table import Refusal
+from .control_table import Refusal, Table
 
 _GOALS = ("goal_pwm", "goal_current", "goal_velocity", "goal_position")
-_GAINS = (
-    "velocity_i_gain", "velocity_p_gain", "position_d_gain", "position_i_gain", "position_p_gain",
-    "feedforward_2nd_gain", "feedforward_1st_gain",
-)  # fmt: skip
+_WATCHDOG_FIRMWARE, STARTUP_FIRMWARE = 38, 45
 
 
-def check(servo, row: reg.Register, value: int):
+class Effect(Enum):
+    """What a servo does because of a write."""
+
+    RELEASE = auto()  # the torque is off: forget where the set-point was going
+    WRAP = auto()  # forget whole turns
+    PLAN = auto()  # lay the trajectory to the goal
+
+
+def check(table: Table, row: reg.Register, value: int):
     """Refuse a write that the row, the mode or the state of the servo forbids."""
-    table = servo.table
     if row.name in _GOALS and table["bus_watchdog"] == reg.WATCHDOG_TRIPPED:
         raise Refusal(pk.DATA_RANGE)
     table.check(row, value)
@@ -25,16 +34,16 @@ def check(servo, row: reg.Register, value: int):
         raise Refusal(pk.DATA_RANGE)
     if row.name.startswith("profile") and table["drive_mode"] & reg.DRIVE_TIME_BASED and value > 32737:
         raise Refusal(pk.DATA_RANGE)
-    if row.name == "startup_configuration" and value:
-        raise Refusal(pk.DATA_RANGE)  # starting with the torque on is not built into this servo
-    if row.name == "bus_watchdog" and table["firmware_version"] < 38:
+    if row.name == "startup_configuration" and table["firmware_version"] < STARTUP_FIRMWARE:
+        raise Refusal(pk.ACCESS)
+    if row.name == "bus_watchdog" and table["firmware_version"] < _WATCHDOG_FIRMWARE:
         raise Refusal(pk.ACCESS)
     low, high = _limits(table, row.name)
     if low is not None and not low <= value <= high:
         raise Refusal(pk.DATA_LIMIT)
 
 
-def _limits(table, name: str) -> tuple[int | None, int | None]:
+def _limits(table: Table, name: str) -> tuple[int | None, int | None]:
     """The limits that other registers set for this one."""
     if name in ("goal_pwm", "goal_current", "goal_velocity"):
         limit = table[name.removeprefix("goal_") + "_limit"]
@@ -44,45 +53,42 @@ def _limits(table, name: str) -> tuple[int | None, int | None]:
     return None, None
 
 
-def apply(servo, name: str, before: int, now: float):
-    """What writing the register `name`, which held `before`, sets off."""
-    table = servo.table
+def apply(table: Table, name: str, before: int, planned: bool) -> list[Effect]:
+    """What writing the register `name`, which held `before`, sets off: in the table at once, the rest comes back.
+
+    `planned` says whether the servo has a trajectory.
+    """
     if name == "torque_enable":
-        _torque(servo, now)
-    elif name == "operating_mode" and table[name] != before:
-        _new_mode(servo)
-    elif name in _GOALS:
-        _new_goal(servo, now)
+        return _torque(table, planned)
+    if name == "operating_mode" and table[name] != before:
+        return _new_mode(table)
+    if name in _GOALS:
+        return _new_goal(table, planned)
+    return []
 
 
-def _torque(servo, now: float):
-    servo.been_on = servo.been_on or servo.torque_on
-    if not servo.torque_on:
-        servo.release()
-    elif servo.trajectory is None:
-        if servo.table["operating_mode"] == reg.MODES["position"]:
-            servo.wrap()
-        # Whether real firmware sets the goal to the present position here is not known. This one does not.
-        servo.plan(now)
+def _torque(table: Table, planned: bool) -> list[Effect]:
+    if not table["torque_enable"]:
+        return [Effect.RELEASE]
+    if planned:
+        return []
+    # Whether real firmware sets the goal to the present position here is not known. This one does not.
+    return [Effect.WRAP, Effect.PLAN] if table["operating_mode"] == reg.MODES["position"] else [Effect.PLAN]
 
 
-def _new_mode(servo):
-    table = servo.table
-    for name in (*_GAINS, "profile_velocity", "profile_acceleration"):
+def _new_mode(table: Table) -> list[Effect]:
+    for name in (*reg.GAINS, "profile_velocity", "profile_acceleration"):
         table.put(name, reg.REGISTERS[name].default)
     table.put("goal_pwm", table["pwm_limit"])
     table.put("goal_current", table["current_limit"])
     table.put("goal_velocity", 0)
-    if table["operating_mode"] == reg.MODES["position"]:
-        servo.wrap()
+    return [Effect.WRAP] if table["operating_mode"] == reg.MODES["position"] else []
 
 
-def _new_goal(servo, now: float):
-    table = servo.table
-    if not servo.torque_on and table["drive_mode"] & reg.DRIVE_TORQUE_BY_GOAL:
-        if table["hardware_error"] & table["shutdown"]:
-            return
+def _new_goal(table: Table, planned: bool) -> list[Effect]:
+    if table["torque_enable"]:
+        return [Effect.PLAN]
+    if table["drive_mode"] & reg.DRIVE_TORQUE_BY_GOAL and not table["hardware_error"] & table["shutdown"]:
         table.put("torque_enable", 1)
-        _torque(servo, now)
-    elif servo.torque_on:
-        servo.plan(now)
+        return _torque(table, planned)
+    return []

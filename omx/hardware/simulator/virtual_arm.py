@@ -5,13 +5,15 @@ fixed grid that begins at 0, so it does not depend on how often anyone asked.
 """
 
 import threading
-from math import ceil
+from math import ceil, degrees, isfinite, pi, radians
 
 from ...arm import ARM_IDS, FINGER_PER_RAD, FINGERS, HOME, OPENING_AT_ZERO, STOPS, SUPPLY_VOLTS
 from ...errors import BadInput
+from .. import gravity
 from ..dynamixel import registers as reg
-from . import gravity
+from .encoder import Encoder
 from .faults import Faults
+from .grasp import TORQUE_PER_N, Grasped
 from .joint import Joint
 from .servo import Servo
 from .servo_chain import Line
@@ -28,23 +30,49 @@ class VirtualArm:
     `q` is where the joints are (rad); `settings` changes registers, `{11: {"drive_mode": 4}}`, before power-on.
     An arm whose torque has never been on is held up by a hand, so it stays where it was put; after that it
     falls whenever its torque is off.
+
+    The arm is ideal unless asked otherwise. `payload_g`: a mass at the tool, up to the maker's 500 g. `backlash_deg`:
+    play of each joint from end to end, 0.25 deg by the servo's data sheet; the worse case is taken, that the encoder
+    does not see it. `encoder_ripple_deg`, `encoder_noise_deg`: see `encoder`.
     """
 
-    def __init__(self, q=HOME, gripper: float = 0.0, settings: dict[int, dict[str, int]] | None = None):
-        angles = [float(a) for a in q]
-        if len(angles) != 4:
-            raise BadInput(f"`q` must be four joint angles in rad; got {len(angles)}.")
-        stops = sorted(finger / FINGER_PER_RAD for finger in FINGERS)
-        self.joints = [Joint(angle, *stop) for angle, stop in zip(angles, STOPS, strict=True)]
-        self.joints.append(Joint(float(gripper), *stops))
+    def __init__(
+        self,
+        q=HOME,
+        gripper: float = 0.0,
+        settings: dict[int, dict[str, int]] | None = None,
+        *,
+        payload_g: float = 0.0,
+        backlash_deg: float = 0.0,
+        encoder_ripple_deg: float = 0.0,
+        encoder_noise_deg: float = 0.0,
+    ):
+        angles = _angles(q)
+        self.payload_g = gravity.payload(payload_g)
+        play, ripple, noise = (
+            radians(_most(value, 5.0, name))
+            for name, value in (
+                ("backlash_deg", backlash_deg),
+                ("encoder_ripple_deg", encoder_ripple_deg),
+                ("encoder_noise_deg", encoder_noise_deg),
+            )
+        )
+        self.joints = [Joint(angle, *stop, play=play) for angle, stop in zip(angles, STOPS, strict=True)]
+        self.joints.append(Joint(float(gripper), *sorted(finger / FINGER_PER_RAD for finger in FINGERS)))
         self.servos = [Servo(joint, servo) for joint, servo in zip(self.joints, ARM_IDS, strict=True)]
+        for i, servo in enumerate(self.servos):
+            servo.encoder = Encoder(ripple, i * pi / 3, noise)  # each magnet sits a little differently
+            servo.wrap()
+            servo.table.put("goal_position", servo.present())
         self.supply = SUPPLY_VOLTS
         self.lock = threading.RLock()
         self.plugged = True
         self.now = 0.0
+        self._between: Grasped | None = None
+        self._hand = (0.0,) * 5
         self._connected = None
         self.faults = Faults(self)
-        self.line = Line(self)
+        self.line = Line(self.servos)
         self._steps = 0
         self._events: list[tuple[float, object]] = []
         self._configure(settings or {})
@@ -54,7 +82,10 @@ class VirtualArm:
         for servo_id, registers in settings.items():
             servo = self.servo(servo_id)
             for name, value in registers.items():
-                servo.set(reg.register(name).name, value)
+                row = reg.register(name)
+                row.encode(value)  # refuses what the register cannot hold
+                servo.set(row.name, value)
+            servo.start(0.0)
 
     def servo(self, servo_id: int) -> Servo:
         """The servo that was built in as `servo_id` (11 .. 15), whatever its id register says now."""
@@ -64,9 +95,9 @@ class VirtualArm:
 
     @property
     def q(self) -> tuple[float, float, float, float]:
-        """The true joint angles (rad) now, which no encoder has rounded."""
+        """The true joint angles (rad) now, play and all, which no encoder has rounded."""
         self.catch_up()
-        return tuple(joint.angle + joint.speed * self.elapsed for joint in self.joints[:4])
+        return tuple(joint.link + joint.speed * (self.now - self.time) for joint in self.joints[:4])
 
     @property
     def opening(self) -> float:
@@ -75,9 +106,15 @@ class VirtualArm:
         return OPENING_AT_ZERO + 2 * FINGER_PER_RAD * self.joints[4].angle
 
     @property
-    def elapsed(self) -> float:
-        """Time since the last step of the grid, s."""
-        return self.now - self._steps * STEP_S
+    def grasped(self) -> Grasped | None:
+        """What is between the fingers now."""
+        self.catch_up()
+        return self._between
+
+    @property
+    def busy(self) -> bool:
+        """False while nothing moves and no counter runs: then only a packet, or a deadline, changes anything."""
+        return not all(servo.settled(self.time) for servo in self.servos)
 
     def place(self, q):
         """Move the joints (rad) by hand. Only what has no torque can be moved."""
@@ -88,11 +125,16 @@ class VirtualArm:
             joint.angle = min(max(float(angle), joint.low), joint.high)
         self.disturb()
 
-    def grip(self, width: float | None):
-        """Put an object of `width` mm between the fingers, or take it away (None)."""
+    def push(self, *torques: float):
+        """A hand pushes the joints with these torques (Nm), joint 1 first, until it is told otherwise."""
         self.catch_up()
-        high = FINGERS[0] / FINGER_PER_RAD if width is None else (OPENING_AT_ZERO - width) / -2 / FINGER_PER_RAD
-        self.joints[4].high = max(high, self.joints[4].low)
+        self._hand = (*map(float, torques), *(0.0,) * (5 - len(torques)))
+        self.disturb()
+
+    def grip(self, width: float | None, mass_g: float = 0.0, stiffness: float = 200.0):
+        """Hold an object of `width` (mm) between the fingers, or take it away (None); see `Grasped`."""
+        self.catch_up()
+        self._between = None if width is None else Grasped(width, mass_g, stiffness)
         self.disturb()
 
     def unplug(self):
@@ -142,10 +184,10 @@ class VirtualArm:
             while self._events and self._events[0][0] <= self.time:
                 self._events.pop(0)[1]()
                 self.disturb()
-            if all(servo.settled(self.time) for servo in self.servos):
-                self._pass(last)
-            else:
+            if self.busy:
                 self._step()
+            else:
+                self._pass(last)
 
     def _step(self):
         for joint in self.joints:
@@ -177,10 +219,25 @@ class VirtualArm:
         self._power()
         drives = [servo.drive(time, STEP_S) for servo in self.servos]
         held = not any(servo.been_on for servo in self.servos)
-        loads = (0.0, *gravity.torques(*(joint.angle for joint in joints[1:4])), 0.0)
-        for joint, drive, load in zip(joints, drives, loads, strict=True):
-            joint.settle(drive, 0.0 if held else load, STEP_S)
+        on_grip, carried_g = self._grasp()
+        weight = gravity.torques(*(joint.angle for joint in joints[1:4]), (self.payload_g + carried_g) / 1000)
+        loads = (0.0, *((0.0,) * 3 if held else weight), -on_grip)
+        for joint, drive, load, push in zip(joints, drives, loads, self._hand, strict=True):
+            joint.settle(drive, load + push, STEP_S)
         self._rest_on_table(drives)
+
+    def _grasp(self) -> tuple[float, float]:
+        """The torque (Nm) with which what is between the fingers keeps them open, and the mass that they carry (g)."""
+        it = self._between
+        if it is None:
+            return 0.0, 0.0
+        force = it.pressed(self.joints[4].angle)
+        if it.carried and it.slips(force):
+            self._between = None
+            self.disturb()
+            return 0.0, 0.0
+        it.carried = force > 0 and not it.slips(force)
+        return force * TORQUE_PER_N, it.mass_g if it.carried else 0.0
 
     def _rest_on_table(self, drives):
         """A limp arm falls until it lies on the table."""
@@ -196,3 +253,23 @@ class VirtualArm:
         amps = sum(STANDBY_MA + abs(joint.current) for joint in self.joints) / 1000
         for servo in self.servos:
             servo.volts = self.supply - SUPPLY_OHMS * amps
+
+
+def _angles(q) -> list[float]:
+    """Four joint angles (rad) that the frames of the arm allow."""
+    angles = [float(a) for a in q]
+    if len(angles) != 4:
+        raise BadInput(f"`q` must be four joint angles in rad; got {len(angles)}.")
+    for i, (angle, (low, high)) in enumerate(zip(angles, STOPS, strict=True), start=1):
+        if not low - 1e-9 <= angle <= high + 1e-9:
+            span = f"{degrees(low):.1f} .. {degrees(high):.1f} deg"
+            raise BadInput(
+                f"q{i} = {degrees(angle):.1f} deg ({angle!r} rad) is beyond the stops of that joint: {span}."
+            )
+    return angles
+
+
+def _most(value, most: float, name: str) -> float:
+    if not (isinstance(value, (int, float)) and isfinite(value) and 0 <= value <= most):
+        raise BadInput(f"`{name}` must be 0 .. {most:g}; got {value!r}.")
+    return float(value)

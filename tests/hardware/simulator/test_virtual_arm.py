@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 import omx
 from omx.arm import ARM_IDS, JOINT_IDS
 from omx.errors import BadInput
+from omx.hardware import gravity
 from omx.hardware.dynamixel import packet as pk
 from omx.hardware.dynamixel import registers as reg
-from omx.hardware.simulator import VirtualArm, gravity
+from omx.hardware.simulator import VirtualArm
 from omx.hardware.simulator.wire_timing import Wire
 from tests.helpers.rigs import rig, send_to, stiffen
 
@@ -47,7 +48,7 @@ def history(looks):
         if packet:
             wire.send(packet, time)
         else:
-            seen.append((time, [(s.present(arm.elapsed), s.table["hardware_error"]) for s in arm.servos]))
+            seen.append((time, [(s.read(132, 4, time), s.table["hardware_error"]) for s in arm.servos]))
     arm.advance(5.0)
     state = [(j.angle, j.speed, j.effort) for j in arm.joints]
     return state, [s.temperature for s in arm.servos], [dict(s.table._values) for s in arm.servos], seen

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import omx
-from omx.hardware.simulator import gravity
+from omx.hardware import gravity
 
 angles = st.tuples(*[st.floats(-3, 3)] * 3)
 
