@@ -75,9 +75,7 @@ def transform(q1: float, q2: float, q3: float, q4: float, q5: float, q6: float) 
     )
 
 
-def transform_batch(
-    q1: np.ndarray, q2: np.ndarray, q3: np.ndarray, q4: np.ndarray, q5: np.ndarray, q6: np.ndarray,
-) -> tuple:
+def transform_batch(q1: Array, q2: Array, q3: Array, q4: Array, q5: Array, q6: Array) -> tuple:
     """T_0_6, rows of the 4x4 matrix. Columns in, columns out; constants are plain numbers."""
     s1, c1 = sincos(q1)
     s2, c2 = sincos(q2)
@@ -212,9 +210,7 @@ def frames(q1: float, q2: float, q3: float, q4: float, q5: float, q6: float) -> 
     return T_0_1, T_0_2, T_0_3, T_0_4, T_0_5, T_0_6
 
 
-def frames_batch(
-    q1: np.ndarray, q2: np.ndarray, q3: np.ndarray, q4: np.ndarray, q5: np.ndarray, q6: np.ndarray,
-) -> tuple:
+def frames_batch(q1: Array, q2: Array, q3: Array, q4: Array, q5: Array, q6: Array) -> tuple:
     """T_0_1 .. T_0_6, each as rows of a 4x4 matrix. Columns in, columns out; constants are plain
     numbers."""
     s1, c1 = sincos(q1)

@@ -75,7 +75,7 @@ def transform(
 
 
 def transform_batch(
-    q1: np.ndarray, q2: np.ndarray, d3: np.ndarray, q4: np.ndarray, q5: np.ndarray, q6: np.ndarray,
+    q1: Array, q2: Array, d3: Array, q4: Array, q5: Array, q6: Array,
     d1: float, d2: float, d6: float,
 ) -> tuple:
     """T_0_6, rows of the 4x4 matrix. Columns in, columns out; constants are plain numbers."""
@@ -194,7 +194,7 @@ def frames(
 
 
 def frames_batch(
-    q1: np.ndarray, q2: np.ndarray, d3: np.ndarray, q4: np.ndarray, q5: np.ndarray, q6: np.ndarray,
+    q1: Array, q2: Array, d3: Array, q4: Array, q5: Array, q6: Array,
     d1: float, d2: float, d6: float,
 ) -> tuple:
     """T_0_1 .. T_0_6, each as rows of a 4x4 matrix. Columns in, columns out; constants are plain
