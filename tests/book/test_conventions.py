@@ -154,7 +154,7 @@ def test_a_chapter_is_named_by_its_beginning():
     (path,) = normalise.chapters(["03"])
     assert path.name.startswith("03-")
     assert normalise.chapters([str(path)]) == [path]
-    with pytest.raises(Stop, match="There is no chapter '77'"):
+    with pytest.raises(SystemExit, match="There is no chapter '77'"):
         normalise.chapters(["77"])
 
 
