@@ -178,6 +178,11 @@ def as_count(value, name: str, least: int = 1, most: int = 1 << 40) -> int:
     raise BadInput(f"`{name}` must be a whole number, at least {least}; got {shown(value)}.")
 
 
+def as_floats(value, name: str, wanted: str) -> np.ndarray:
+    """`value` as a float64 array of any shape; `BadInput` otherwise."""
+    return _as_floats(value, f"`{name}` must be {wanted}")
+
+
 def _row(values, columns: int) -> list:
     """The first numbers of an iterator, one more than there should be; nothing else can be taken from it twice."""
     row = list(islice(values, columns + 1))

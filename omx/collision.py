@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .arrays import as_rows, in_blocks
+from .arrays import as_number, as_rows, in_blocks
 from .generated import fk as _fk
-from .geometry import COURSE, Geometry
+from .geometry import COURSE, Geometry, as_geometry
 
 #: Which capsules can meet: the base and the parts beyond the elbow, the upper arm and the hand.
 PAIRS = ((0, 3), (0, 4), (0, 5), (1, 4), (1, 5), (2, 5))
@@ -66,7 +66,8 @@ def clearance(q, geometry: Geometry = COURSE, table: float | None = 0.0) -> np.n
 
     `table`: its height (mm) in the base frame; None leaves the table out. Raises `BadInput`.
     """
-    q = as_rows(q, "q", 4, "the four joint angles in rad")
+    q, geometry = as_rows(q, "q", 4, "the four joint angles in rad"), as_geometry(geometry)
+    table = None if table is None else as_number(table, "table", "its height in mm, or None")
     rows = q.reshape(-1, 4)
     smallest = np.empty(len(rows))
     for block, columns in in_blocks(rows):

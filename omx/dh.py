@@ -54,7 +54,7 @@ class Chain:
     """
 
     def __init__(self, rows: Sequence[DHRow], limits=None, names=None, name: str = "chain"):
-        self.rows = _as_rows(rows)
+        self.rows = as_table(rows)
         default = (f"{'d' if row.prismatic else 'q'}{i}" for i, row in enumerate(self.rows, start=1))
         self.names = tuple(default) if names is None else _as_names(names, len(self.rows))
         prismatic = [row.prismatic for row in self.rows]
@@ -142,12 +142,13 @@ class Chain:
         if np.shape(q) not in ((len(self),), (len(self), 1), (1, len(self))):
             raise BadInput(f"`q` must be {len(self)} symbols or numbers, one a joint; got shape {np.shape(q)}.")
         return [
-            sp.Matrix(link_rows(*exact(row).at(variable), sp.cos, sp.sin))
+            sp.Matrix(link_rows(*exact(row).at(_variable(variable)), sp.cos, sp.sin))
             for row, variable in zip(self.rows, np.ravel(q).tolist(), strict=True)
         ]
 
 
-def _as_rows(rows) -> tuple[DHRow, ...]:
+def as_table(rows) -> tuple[DHRow, ...]:
+    """`rows` as `DHRow`s, one or more; `BadInput` otherwise."""
     try:
         found = tuple(_as_row(row, i) for i, row in enumerate(rows, start=1))
     except TypeError:
@@ -254,6 +255,7 @@ def exact(row: DHRow) -> DHRow:
 
     Entries may be numbers or expressions: `delta - 1.5707963` becomes `delta - pi/2`, a length 77.0 becomes 77.
     """
+    row = _as_row(row, 1)
     return DHRow(exact_angle(row.theta), _length(row.d), _length(row.a), exact_angle(row.alpha), row.prismatic)
 
 
@@ -267,6 +269,19 @@ def exact_angle(value):
         near = abs(float(constant - steps * sp.pi / 12)) < 1e-12
         constant = steps * sp.pi / 12 if near else constant
     return constant + rest
+
+
+def _variable(value):
+    """A joint's variable for SymPy: a symbol, an expression or a number."""
+    import sympy as sp
+
+    try:
+        expression = sp.sympify(value, strict=True)
+    except (sp.SympifyError, TypeError, ValueError, AttributeError):
+        expression = None
+    if not isinstance(expression, sp.Expr):
+        raise BadInput(f"`q` must be symbols, expressions or numbers; it holds {shown(value)}.")
+    return expression
 
 
 def _length(value):

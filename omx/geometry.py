@@ -16,6 +16,8 @@ class Geometry:
     """
 
     def __init__(self, name: str, **lengths: float):
+        if not isinstance(name, str):
+            raise BadInput(f"a geometry's name must be a text; got {shown(name)}.")
         wrong = sorted(set(lengths) ^ set(_fk.PARAMETERS))
         if wrong:
             wanted = ", ".join(_fk.PARAMETERS)
@@ -46,7 +48,7 @@ class Geometry:
 
     def replace(self, name: str | None = None, **lengths: float) -> "Geometry":
         """A copy with some lengths changed."""
-        return Geometry(name or f"{self.name}, changed", **(self._lengths | lengths))
+        return Geometry(name if name is not None else f"{self.name}, changed", **(self._lengths | lengths))
 
     @cached_property
     def chain(self) -> Chain:

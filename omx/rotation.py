@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .arrays import as_number, as_rows
 from .errors import BadInput
 
 
@@ -22,6 +23,7 @@ class RPY(NamedTuple):
 
 def from_rpy(roll: float, pitch: float, yaw: float) -> np.ndarray:
     """`Rz(yaw) Ry(pitch) Rx(roll)`, (3, 3)."""
+    roll, pitch, yaw = (as_number(v, n, "an angle in rad") for v, n in ((roll, "roll"), (pitch, "pitch"), (yaw, "yaw")))
     cr, sr, cp, sp = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
     cy, sy = math.cos(yaw), math.sin(yaw)
     return np.array(
@@ -39,7 +41,8 @@ def to_rpy(R) -> RPY:
     At pitch = +-90 deg only yaw - roll (or their sum) is determined; roll is 0 then. Raises `BadInput` if `R` is not
     a rotation (to 1e-6).
     """
-    R = np.asarray(R, dtype=float)
+    columns = 4 if np.shape(R)[-1:] == (4,) else 3
+    R = as_rows(R, "R", columns, "a rotation (3, 3) or a transform (4, 4)")
     if R.shape not in ((3, 3), (4, 4)):
         raise BadInput(f"`R` must be a rotation (3, 3) or a transform (4, 4); got shape {R.shape}.")
     R = R[:3, :3]

@@ -16,6 +16,8 @@ from .symbolic import dh_matrix, exact
 
 def chain_functions(chain: Chain) -> list[Function]:
     """`frames` (T_0_1 .. T_0_n) and `transform` (T_0_n) of `chain`, each entry a named step from the one before."""
+    if not isinstance(chain, Chain):
+        raise BadInput(f"`chain` must be an omx.Chain; got {shown(chain)}.")
     joints = [sp.Symbol(name, real=True) for name in chain.names]
     steps, frames = [], []
     current = sp.eye(4)

@@ -10,6 +10,7 @@ from typing import Any
 
 import sympy as sp
 
+from ..arrays import shown
 from ..errors import BadInput
 from .printer import BATCH, SCALAR
 from .symbolic import as_expression
@@ -89,7 +90,7 @@ class Function:
 
     def check(self, parameters: Sequence[sp.Symbol]) -> None:
         """`BadInput` for the first name that is unknown, taken, or no name in code."""
-        check_name(self.name, f"the function `{self.name}`")
+        check_name(self.name, "the function")
         self._check_kinds()
         given = [*self.inputs, *parameters]
         taken = self._taken_names(given, [symbol for symbol, _ in self.steps])
@@ -106,22 +107,24 @@ class Function:
     def _check_kinds(self) -> None:
         """That each field is of its kind, before any of them is looked into."""
         if not isinstance(self.doc, str):
-            raise BadInput(f"`{self.name}`: `doc` must be a sentence; got {self.doc!r}.")
+            raise BadInput(f"`{self.name}`: `doc` must be a sentence; got {shown(self.doc)}.")
         if not isinstance(self.outputs, Mapping):
-            raise BadInput(f"`{self.name}`: `outputs` must map each result's name to it; got {self.outputs!r}.")
+            raise BadInput(f"`{self.name}`: `outputs` must map each result's name to it; got {shown(self.outputs)}.")
         if not self.outputs:
             raise BadInput(f"`{self.name}` has no outputs.")
         if not isinstance(self.inputs, Sequence) or isinstance(self.inputs, str):
-            raise BadInput(f"`{self.name}`: `inputs` must be a list of symbols; got {self.inputs!r}.")
+            raise BadInput(f"`{self.name}`: `inputs` must be a list of symbols; got {shown(self.inputs)}.")
         pairs = isinstance(self.steps, Sequence) and all(isinstance(s, Sequence) and len(s) == 2 for s in self.steps)
         if not pairs or isinstance(self.steps, str):
-            raise BadInput(f"`{self.name}`: `steps` must be (symbol, expression) pairs; got {self.steps!r}.")
+            raise BadInput(f"`{self.name}`: `steps` must be (symbol, expression) pairs; got {shown(self.steps)}.")
 
     def _taken_names(self, given, steps) -> set[str]:
         taken = set()
         for symbol in (*given, *steps):
             if not isinstance(symbol, sp.Symbol):
-                raise BadInput(f"`{self.name}`: inputs, parameters and steps must be SymPy symbols; got {symbol!r}.")
+                raise BadInput(
+                    f"`{self.name}`: inputs, parameters and steps must be SymPy symbols; got {shown(symbol)}."
+                )
             check_name(symbol.name, f"`{self.name}`: the symbol `{symbol}`")
             if symbol.name in taken:
                 raise BadInput(f"`{self.name}`: two inputs, parameters or steps are called `{symbol}`.")
@@ -208,4 +211,4 @@ def check_name(name, what: str) -> None:
     elif name in RESERVED:
         reason = "is used by the generated code, or a word of Python or JavaScript"
     if reason:
-        raise BadInput(f"{what}: `{name}` {reason}; choose another.")
+        raise BadInput(f"{what}: `{name if isinstance(name, str) else shown(name)}` {reason}; choose another.")

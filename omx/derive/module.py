@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import sympy as sp
 
-from ..arrays import HUGE
-from ..dh import DHRow
+from ..arrays import HUGE, shown
+from ..dh import DHRow, as_table
 from ..errors import BadInput
 from .emit import WIDTH, Emitter, folded, one_line, signature
 from .function import Function, check_name
@@ -35,7 +35,10 @@ def source(
     batch: bool = True,
 ) -> str:
     """The Python text that `write` writes, from the same arguments."""
-    functions, symbols, values = list(functions), list(parameters), parameter_values(parameters)
+    functions, values = listed(functions), parameter_values(parameters)
+    if batch is not True and batch is not False:
+        raise BadInput(f"`batch` must be True or False; got {shown(batch)}.")
+    symbols, rows = list(parameters), table_of(rows)
     _check_names(name, functions)
     dialects = (SCALAR, BATCH) if batch else (SCALAR,)
     emitters = [Emitter(function, symbols, dialect) for function in functions for dialect in dialects]
@@ -58,19 +61,33 @@ def script(functions: Iterable[Function], *, notebook: str | None = None, doc: s
 
 def parameter_values(parameters: Parameters) -> dict[sp.Symbol, sp.Expr]:
     """The value of each parameter, if values are given; `BadInput` unless every one is a real number."""
+    if not isinstance(parameters, (Mapping, Sequence)) or isinstance(parameters, str):
+        raise BadInput(f"`parameters` must be symbols, or map each symbol to its value; got {shown(parameters)}.")
     values = {}
     for symbol, value in parameters.items() if isinstance(parameters, Mapping) else ():
         number = values[symbol] = sp.S.NaN if value is None or isinstance(value, str) else as_expression(value)
         if not isinstance(number, sp.Expr) or number.free_symbols or not number.is_real or not abs(number) < HUGE:
-            raise BadInput(f"parameter `{symbol}` must have a real number as its value; got {value!r}.")
+            raise BadInput(f"parameter `{symbol}` must have a real number as its value; got {shown(value)}.")
     return values
+
+
+def listed(functions) -> list[Function]:
+    """The functions as a list; `BadInput` for anything else."""
+    if isinstance(functions, Function) or not isinstance(functions, Iterable):
+        raise BadInput(f"`functions` must be a list of omx.derive.Function; got {shown(functions)}.")
+    return list(functions)
+
+
+def table_of(rows) -> tuple[DHRow, ...]:
+    """The rows of a DH table, checked; none is a table, too."""
+    return () if isinstance(rows, (tuple, list)) and not rows else as_table(rows)
 
 
 def _check_names(name: str, functions: list[Function]) -> None:
     check_name(name, "the module")
     for function in functions:
         if not isinstance(function, Function):
-            raise BadInput(f"`functions` must be a list of omx.derive.Function; it holds {function!r}.")
+            raise BadInput(f"`functions` must be a list of omx.derive.Function; it holds {shown(function)}.")
         check_name(function.name, "the function")
     names = [function.name + suffix for function in functions for suffix in (SCALAR.suffix, BATCH.suffix)]
     for twice in sorted({name for name in names if names.count(name) > 1}):
@@ -79,9 +96,9 @@ def _check_names(name: str, functions: list[Function]) -> None:
 
 def _header(notebook: str | None, doc: str, batch: bool) -> list[str]:
     if not isinstance(doc, str):
-        raise BadInput(f"`doc` must be a sentence that says what the module is; got {doc!r}.")
+        raise BadInput(f"`doc` must be a sentence that says what the module is; got {shown(doc)}.")
     if notebook is not None and not (isinstance(notebook, str) and re.fullmatch(r"[\w-]+", notebook)):
-        raise BadInput(f"`notebook` must be a chapter's name, such as '03-forward-kinematics'; got {notebook!r}.")
+        raise BadInput(f"`notebook` must be a chapter's name, such as '03-forward-kinematics'; got {shown(notebook)}.")
     safe = one_line(doc).replace("\\", "\\\\").replace('"""', "'''")
     units = ["Lengths are in mm, angles in rad."]
     if batch:

@@ -13,11 +13,12 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from types import ModuleType
 
+from ..arrays import shown
 from ..dh import DHRow
 from ..errors import BadInput, OmxError
 from ..generated import CHAPTERS
 from .function import Function
-from .module import MARK, SCRATCH, Parameters, parameter_values, script, source
+from .module import MARK, SCRATCH, Parameters, listed, parameter_values, script, source, table_of
 
 GENERATED = Path(__file__).resolve().parent.parent / "generated"
 
@@ -60,7 +61,7 @@ def write(
         rows: a DH table to carry along as `dh_rows(...)`.
         batch: False leaves the NumPy forms out.
     """
-    functions = _listed(functions)
+    functions, rows = listed(functions), table_of(rows)
     python = source(name, functions, notebook=notebook, doc=doc, parameters=parameters, rows=rows, batch=batch)
     javascript = script(functions, notebook=notebook, doc=doc, parameters=parameters)
     path = _place(name, notebook, folder) / f"{name}.py"
@@ -73,17 +74,11 @@ def write(
     return _load(name, path)
 
 
-def _listed(functions) -> list[Function]:
-    if isinstance(functions, Function) or not isinstance(functions, Iterable):
-        raise BadInput(f"`functions` must be a list of omx.derive.Function; got {functions!r}.")
-    return list(functions)
-
-
 def _place(name: str, notebook: str | None, where) -> Path:
     if where is None:
         return folder(name, notebook)
     if not isinstance(where, (str, os.PathLike)) or not str(where):
-        raise BadInput(f"`folder` must be the path of a folder; got {where!r}.")
+        raise BadInput(f"`folder` must be the path of a folder; got {shown(where)}.")
     return Path(where).resolve()
 
 

@@ -11,7 +11,7 @@ import sympy as sp
 from sympy.simplify.fu import TR10i
 
 from .. import arrays
-from ..arrays import shown
+from ..arrays import as_count, shown
 from ..dh import exact, exact_angle, link_rows
 from ..errors import BadInput, NotDecided, NotEqual
 
@@ -57,9 +57,12 @@ class Unit(sp.Symbol):
 def as_expression(value):
     """`value` as SymPy's. `BadInput` for what is no number and no expression: text is never evaluated."""
     try:
-        return sp.sympify(value, strict=True)
-    except (sp.SympifyError, TypeError, ValueError) as error:
-        raise BadInput(f"an expression or a number is wanted; got {shown(value)}.") from error
+        expression = sp.sympify(value, strict=True)
+    except (sp.SympifyError, TypeError, ValueError, AttributeError, OverflowError):
+        expression = None
+    if not isinstance(expression, sp.Expr):
+        raise BadInput(f"an expression or a number is wanted; got {shown(value)}.")
+    return expression
 
 
 def dh_matrix(theta, d, a, alpha) -> sp.Matrix:
@@ -76,7 +79,7 @@ def gather(expression):
     """
     if isinstance(expression, sp.MatrixBase):
         return expression.applyfunc(gather)
-    return TR10i(sp.expand(expression))
+    return TR10i(sp.expand(as_expression(expression)))
 
 
 def residual(difference, relations=()):
@@ -87,6 +90,7 @@ def residual(difference, relations=()):
     for all angles and all symbols that keep the relations, as long as it is made of sines, cosines, tangents and
     their reciprocals; half an angle counts as an angle of its own. Works on an expression or a matrix.
     """
+    relations = _pairs(relations)
     if isinstance(difference, sp.MatrixBase):
         return difference.applyfunc(lambda entry: residual(entry, relations))
     difference = _in_sines(as_expression(difference))
@@ -130,7 +134,7 @@ def prove_equal(left, right, relations=(), name: str = "the difference") -> None
     Raises `NotEqual` with numbers at which the sides differ, `NotDecided` where neither a proof nor such numbers are
     found, `BadInput`. `relations`: see `residual`.
     """
-    left, right = _as_matrix(left), _as_matrix(right)
+    left, right, relations = _as_matrix(left), _as_matrix(right), _pairs(relations)
     if left.shape != right.shape:
         raise BadInput(f"`left` and `right` must have one shape; they have {left.shape} and {right.shape}.")
     for index, (one, other) in enumerate(zip(left, right, strict=True)):
@@ -143,13 +147,25 @@ def prove_equal(left, right, relations=(), name: str = "the difference") -> None
             raise NotDecided(where, rest)
 
 
+def _pairs(relations) -> list[tuple]:
+    """The relations as (symbol, expression) pairs."""
+    try:
+        pairs = [(symbol, as_expression(square)) for symbol, square in relations]
+    except TypeError:
+        pairs = [(None, None)]
+    except ValueError as error:
+        if isinstance(error, BadInput):
+            raise
+        pairs = [(None, None)]
+    if not all(isinstance(symbol, sp.Symbol) for symbol, _ in pairs):
+        raise BadInput(f"`relations` must be (symbol, expression for its square) pairs; got {shown(relations)}.")
+    return pairs
+
+
 def _as_matrix(value):
     if isinstance(value, sp.MatrixBase):
         return value
-    value = as_expression(value)
-    if not isinstance(value, sp.Expr):
-        raise BadInput(f"`left` and `right` must be expressions or matrices; got {shown(value)}.")
-    return sp.Matrix([value])
+    return sp.Matrix([as_expression(value)])
 
 
 def _find_a_difference(left, right, relations, where: str, rest) -> None:
@@ -169,7 +185,7 @@ def _find_a_difference(left, right, relations, where: str, rest) -> None:
 def _points(sides, relations):
     """Where to compare: real values for every symbol, the same each time; they keep the relations."""
     bound = [symbol for symbol, _ in relations]
-    squares = {symbol: as_expression(square) for symbol, square in relations}
+    squares = dict(relations)
     symbols = set().union(*(side.free_symbols for side in (*sides, *squares.values()))) - set(bound)
     random = np.random.default_rng(0)
     for _ in range(POINTS):
@@ -191,10 +207,20 @@ def show(name: str, *forms) -> sp.Eq:
 
     More forms stand side by side: `show("A_1", A1, numbers(A1, lengths))` is the formula, then its value.
     """
+    if not isinstance(name, str):
+        raise BadInput(f"`name` must be a text, such as 'A_1'; got {shown(name)}.")
     equation = _typeset(sp.Symbol(name))
     for form in forms:
-        equation = sp.Eq(equation, _typeset(sp.sympify(form)), evaluate=False)
+        equation = sp.Eq(equation, _typeset(_form(form)), evaluate=False)
     return equation
+
+
+def _form(form):
+    """Anything that SymPy can set beside an equals sign; text is never evaluated."""
+    try:
+        return sp.sympify(form, strict=True)
+    except (sp.SympifyError, TypeError, ValueError, AttributeError, OverflowError):
+        raise BadInput(f"an expression, a matrix or a number is wanted; got {shown(form)}.") from None
 
 
 def _typeset(expression):
@@ -210,6 +236,7 @@ def _is_word(symbol) -> bool:
 
 def short(expression):
     """Sines and cosines as textbooks abbreviate them: `cos(q2 + q3)` as c_23. For display only."""
+    expression = expression if isinstance(expression, sp.MatrixBase) else as_expression(expression)
     waves = sorted(expression.atoms(sp.sin, sp.cos), key=sp.default_sort_key)
     return expression.xreplace({wave: _abbreviated(wave) for wave in waves})
 
@@ -238,6 +265,9 @@ def numbers(expression, values: Mapping, digits: int = 3, unit: str = ""):
     """
     if isinstance(expression, sp.MatrixBase):
         return expression.applyfunc(lambda entry: numbers(entry, values, digits))
+    digits = as_count(digits, "digits", 0, 15)
+    if not isinstance(unit, str):
+        raise BadInput(f"`unit` must be a text, such as 'mm'; got {shown(unit)}.")
     number = as_expression(expression).subs(_values(values), simultaneous=True).evalf()
     if number.free_symbols:
         missing = ", ".join(sorted(symbol.name for symbol in number.free_symbols))

@@ -13,7 +13,7 @@ import numpy as np
 
 from .. import kinematics
 from ..arm import LIMITS
-from ..arrays import as_four, as_number, as_rows, shown, wrap
+from ..arrays import as_floats, as_four, as_number, as_rows, shown, wrap
 from ..dh import as_limits, clipped, limit_violations
 from ..errors import BadInput, JointLimit, OmxError, PathBlocked
 from ..geometry import COURSE, Geometry
@@ -32,6 +32,8 @@ NEAR_SINGULAR = 1e-3
 
 #: The smallest number that counts as positive here, and the most samples of one motion.
 TINY, MOST_SAMPLES = 1e-9, 1e7
+
+UNIT = "shares of the time, from 0 to 1"
 
 
 @dataclass(frozen=True)
@@ -71,13 +73,13 @@ class Trajectory:
 
 def cubic(u):
     """3u^2 - 2u^3: starts and ends at rest, with a jump of the acceleration at both ends."""
-    u = np.asarray(u, dtype=float)
+    u = as_floats(u, "u", UNIT)
     return u * u * (3 - 2 * u), 6 * u * (1 - u), 6 - 12 * u
 
 
 def quintic(u):
     """10u^3 - 15u^4 + 6u^5: starts and ends at rest and without acceleration."""
-    u = np.asarray(u, dtype=float)
+    u = as_floats(u, "u", UNIT)
     return u**3 * (10 - 15 * u + 6 * u * u), 30 * (u * (1 - u)) ** 2, 60 * u * (1 - u) * (1 - 2 * u)
 
 
@@ -90,7 +92,7 @@ def trapezoid(ramp: float = 0.25) -> Scaling:
     speed = 1 / (1 - ramp)
 
     def scaling(u):
-        u = np.asarray(u, dtype=float)
+        u = as_floats(u, "u", UNIT)
         rising, falling = u < ramp, u > 1 - ramp
         s = np.where(rising, speed * u * u / (2 * ramp), speed * (u - ramp / 2))
         s = np.where(falling, 1 - speed * (1 - u) ** 2 / (2 * ramp), s)

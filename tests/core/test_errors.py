@@ -1,6 +1,11 @@
 """Errors: one family, each with its data, each message with what to do next."""
 
+import copy
 import inspect
+import multiprocessing
+import pickle
+import re
+from concurrent.futures import ProcessPoolExecutor
 from math import pi, radians
 
 import pytest
@@ -15,6 +20,73 @@ FAMILY = [c for _, c in inspect.getmembers(errors, inspect.isclass) if issubclas
 def test_one_except_catches_them_all(error):
     assert issubclass(error, omx.OmxError)
     assert error.__doc__
+
+
+#: One of each that takes arguments of its own; the others take a sentence.
+MADE = [
+    errors.Unreachable((600, 0, 204, 0), 229.1, (371, 0, 143, 0)),
+    errors.JointLimit([errors.Violation("q2", 2.0, 1.5)], (0, 1.5, 0, 0), "here"),
+    errors.Collision("hand", "base", 3.0, (0, 1, 2, 3)),
+    errors.TooFast("q1", 2.0, 1.0, 3.5),
+    errors.PortError("/dev/x", "no", 13),
+    errors.BusTimeout("/dev/x", "read", (12, 13), (11,)),
+    errors.ServoLost("/dev/x", "read", (12, 13), (11,)),
+    errors.BusCorrupt("/dev/x", "read", 12, b"abc"),
+    errors.ServoRefused("/dev/x", "move", 12, 7, "busy"),
+    errors.ServoFault("/dev/x", {12: 4}, {12: ["hot"]}),
+    errors.WrongServo("/dev/x", {12: 30}, 1020),
+    errors.ServoRestarted("/dev/x", (12,), True),
+    errors.PathBlocked(0.5, omx.Pose(1, 2, 3, 4), (0, 1, 2, 3), errors.BadInput("why")),
+    errors.NotIdentifiable(["L1", "o1"]),
+    errors.NotEqual("it", 3, {"q1": 0.1}, (1 + 0j, 2 + 0j)),
+    errors.NotDecided("it", 3),
+    errors.LogError("no", [(1.0, 2.0)]),
+    errors.NotReady("the arm", ["a", "b"]),
+    errors.Stalled(3, 700.0),
+    errors.TooHeavy(2, 1500.0, 1000.0, 500.0, 300.0, (0, 1, 2, 3)),
+]
+
+
+def remade(kind):
+    """An error of this kind: from the list, or of a sentence, or of nothing."""
+    found = [error for error in MADE if type(error) is kind]
+    for attempt in (lambda: found[0], kind, lambda: kind("why"), lambda: kind("/dev/x", "why")):
+        try:
+            error = attempt()
+        except (TypeError, IndexError, ValueError):
+            continue
+        if str(error):
+            return error
+    raise AssertionError(f"{kind.__name__}: how is it made?")
+
+
+def same(one, other):
+    assert type(one) is type(other)
+    assert str(one) == str(other)
+    assert one.args == other.args
+    assert repr(vars(one)) == repr(vars(other))
+
+
+@pytest.mark.parametrize("kind", FAMILY)
+def test_every_error_is_copied_and_pickled_with_its_message_and_data(kind):
+    error = remade(kind)
+    for again in (copy.copy(error), copy.deepcopy(error), *(pickle.loads(pickle.dumps(error, p)) for p in range(2, 6))):
+        same(error, again)
+        with pytest.raises(kind, match=re.escape(str(error))):
+            raise again
+
+
+def fail(number):
+    raise MADE[number]
+
+
+def test_an_error_crosses_a_process_whole():
+    """Without this a pool waits for ever, and an executor breaks."""
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        for number, error in enumerate(MADE):
+            with pytest.raises(type(error)) as caught:
+                pool.submit(fail, number).result(timeout=60)
+            same(error, caught.value)
 
 
 def test_a_callers_mistake_is_also_a_value_error():

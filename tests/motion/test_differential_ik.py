@@ -87,7 +87,35 @@ def test_the_pitch_error_takes_the_short_way_round():
     assert task_error([0, 0, 0, np.pi - 0.05], (0, 0, np.pi - 0.05, 0))[3] == pytest.approx(-0.1)
 
 
+@pytest.mark.parametrize("way", ["position", "transform"])
+def test_the_iteration_goes_for_any_chain(way):
+    """Six joints, one of them a slide, to a point and to a whole transform."""
+    quarter = np.pi / 2
+    chain = omx.Chain([(0, 100, 0, -quarter), (0, 100, 0, quarter), (0, 0, 0, 0, True), (0, 0, 0, -quarter),
+                       (0, 0, 0, quarter), (0, 100, 0, 0)])  # fmt: skip
+    for seed in range(5):
+        goal = np.add(np.random.default_rng(seed).uniform(-1, 1, 6), (0, 0, 200, 0, 0, 0))
+        T = chain.fk(goal)
+        found = iterate(T[:3, 3] if way == "position" else T, goal + 0.2, geometry=chain)
+        assert found.converged
+        reached = chain.fk(found.q)
+        np.testing.assert_allclose(reached[:3, 3], T[:3, 3], atol=1e-5)
+        if way == "transform":
+            np.testing.assert_allclose(reached, T, atol=1e-5)
+
+
+def test_half_a_turn_of_a_hand_is_an_error_of_half_a_turn():
+    wrist = omx.Chain([(0, 0, 0, np.pi / 2), (0, 0, 0, -np.pi / 2), (0, 0, 0, 0)])
+    turned = wrist.fk([0, 0, np.pi])
+    assert iterate(turned, [0.0, 0.0, 0.0], geometry=wrist, steps=0).errors[0] == pytest.approx(RADIAN_MM * np.pi)
+
+
 def test_mistakes_are_named():
+    for start in ([omx.HOME] * 4, [omx.HOME], (0, 0)):
+        with pytest.raises(BadInput, match="`start`"):
+            iterate((200, 0, 150, 0), start)
+    with pytest.raises(BadInput, match="`steps` must be a whole number"):
+        iterate((200, 0, 150, 0), omx.HOME, steps=-1)
     with pytest.raises(BadInput, match="damping"):
         joint_velocity(omx.HOME, [1, 0, 0, 0], -1.0)
     with pytest.raises(BadInput, match="velocity"):

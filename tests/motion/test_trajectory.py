@@ -99,10 +99,61 @@ def test_a_line_refuses_a_joint_that_would_be_too_fast():
         line(omx.HOME, [180, 60, 200, -0.3], 0.1, max_speed=np.radians(60))
 
 
-@pytest.mark.parametrize("seconds", [0, -1, float("nan"), float("inf")])
+def test_a_line_turns_the_pitch_the_short_way_round():
+    """From 174.8 deg to -176.7 deg it is 8.6 deg, over the half turn, and not 351 deg back."""
+    a, b = (0, -1.2, -1, -0.85), (0, -1.2, -1, -1.0)
+    move = line(a, omx.pose(b), 2)
+    np.testing.assert_allclose(move.q[-1], b, atol=1e-9)
+    turned = np.unwrap(move.poses()[:, 3])
+    assert np.ptp(turned) == pytest.approx(abs(np.degrees(0.15)) * np.pi / 180, abs=1e-9)
+    assert line(a, np.add(omx.pose(b), (0, 0, 0, 2 * np.pi)), 2).q[-1] == pytest.approx(b)
+
+
+def test_half_a_turn_of_the_pitch_goes_up():
+    free = [(-np.inf, np.inf)] * 4
+    start = omx.solve_ik([150, 0, 120, -np.pi / 2], limits=free)
+    move = line(start, [150, 0, 120, np.pi / 2], 3.0, limits=free)
+    assert np.ptp(np.unwrap(move.poses()[:, 3])) == pytest.approx(np.pi)
+    assert np.all(np.diff(np.unwrap(move.poses()[:, 3])) > -1e-9)
+
+
+def test_joint_1_passes_behind_where_its_limits_allow_and_says_so_where_not():
+    start = np.array(omx.solve_ik([-200, -20, 150, 0], start=(-3, 0, 0, 0)))
+    with pytest.raises(PathBlocked, match=r"q1 is at its limit, and would have to turn \d+ deg back"):
+        line(start, [-200, 20, 150, 0], 3.0)
+    around = line(start, [-200, 20, 150, 0], 3.0, limits=[(-6.2, 6.2), *omx.LIMITS[1:]])
+    assert np.abs(np.diff(around.q[:, 0])).max() < 0.05
+    assert around.q[-1, 0] < -np.pi
+
+
+def test_a_line_from_outside_the_limits_names_the_joint():
+    with pytest.raises(JointLimit, match=r"the line starts outside the limits: q2 = -85.95 deg"):
+        line([0, -1.5001, 0.2, 0.3], [100, 0, 250, 0], 2)
+
+
+@pytest.mark.parametrize("seconds", [0, -1, float("nan"), float("inf"), "2", None, True, [1, 2], 1e300])
 def test_seconds_must_be_positive(seconds):
     with pytest.raises(BadInput, match="seconds"):
         joint_move(omx.ZERO, omx.HOME, seconds)
+
+
+@pytest.mark.parametrize(
+    ("attempt", "message"),
+    [
+        (lambda: line(omx.HOME, (200, 0, 150, 0), 1, limits=None), "`limits` must be 4 pairs"),
+        (lambda: line(omx.HOME, (200, 0, 150, 0), 1, geometry=omx.HOME), "`geometry` must be a Geometry"),
+        (lambda: line(omx.HOME, (200, 0, 150, 0), 1, max_speed=-1), "`max_speed`"),
+        (lambda: joint_path([omx.ZERO] * 3, [1, 2, 3]), "one for each of the 2 legs; got 3"),
+        (lambda: joint_move(omx.ZERO, omx.HOME, 2, trapezoid), r"write `trapezoid\(\)`"),
+        (lambda: joint_move(omx.ZERO, omx.HOME, 2, len), "`scaling` must turn"),
+        (lambda: joint_move(omx.ZERO, omx.HOME, 2, rate=float("inf")), "`rate`"),
+        (lambda: trapezoid(0.0), "`ramp`"),
+        (lambda: joint_move(omx.ZERO, omx.HOME, 2).then(None), "`other` must be a Trajectory"),
+    ],
+)
+def test_mistakes_are_named_and_not_called_blocked(attempt, message):
+    with pytest.raises(BadInput, match=message):
+        attempt()
 
 
 def _distance_to_line(poses):

@@ -12,13 +12,14 @@ kinds of curves, and each is the circle that the tip draws while one joint turns
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
-from math import atan2, ceil, cos, hypot, pi, sin, tau
+from math import atan2, ceil, cos, hypot, isfinite, pi, sin, tau
 
 import numpy as np
 
 from ...arm import LIMITS
-from ...arrays import as_number
+from ...arrays import as_floats, as_number, as_rows
 from ...dh import as_limits
+from ...errors import BadInput
 from ...geometry import COURSE, Geometry, as_geometry
 
 
@@ -47,7 +48,7 @@ class Arc:
 
     def at(self, angle) -> np.ndarray:
         """The points (..., 2), mm, at these angles (rad) around the centre."""
-        angle = np.asarray(angle, float)
+        angle = as_floats(angle, "angle", "angles in rad")
         r = self.centre[0] + self.radius * np.cos(angle)
         return np.stack((r, self.centre[1] + self.radius * np.sin(angle)), axis=-1)
 
@@ -61,13 +62,13 @@ class Arc:
 
         In [low, low + tau), where low is the smaller end: the point is beside the arc if it is not above the larger.
         """
-        offset = np.asarray(points, float) - self.centre
+        offset = as_rows(points, "points", 2, "r and z in mm") - self.centre
         low = min(self.start, self.stop)
         return low + np.mod(np.arctan2(offset[..., 1], offset[..., 0]) - low, tau)
 
     def distance(self, points) -> np.ndarray:
         """The distance (mm) of each of the points (..., 2) from the arc."""
-        points = np.asarray(points, float)
+        points = as_rows(points, "points", 2, "r and z in mm")
         offset = points - self.centre
         beside = self.angles_of(points) <= max(self.start, self.stop)
         to_ends = np.hypot(*np.moveaxis(points[..., None, :] - self.ends, -1, 0)).min(axis=-1)
@@ -88,13 +89,22 @@ def critical_arcs(geometry: Geometry = COURSE, limits=LIMITS) -> tuple[Arc, ...]
 
     Some of them, or parts of them, run through the inside, where the arm only folds over.
     """
-    geometry, limits = as_geometry(geometry), as_limits(limits, 4)
+    geometry, limits = as_geometry(geometry), finite_limits(limits)
     found = []
     for free, q in _held_configurations(geometry, limits):
         arc = _swept(free, q, limits[free - 1], geometry)
         if arc.radius > 1e-9:
             found.append(arc)
     return tuple(found)
+
+
+def finite_limits(limits) -> tuple[tuple[float, float], ...]:
+    """Four pairs of joint limits, of which those of q2 to q4 have ends; `BadInput` otherwise."""
+    pairs = as_limits(limits, 4)
+    for name, pair in zip(("q2", "q3", "q4"), pairs[1:], strict=True):
+        if not all(map(isfinite, pair)):
+            raise BadInput(f"the workspace needs limits of {name} that have ends; got ({pair[0]}, {pair[1]}).")
+    return pairs
 
 
 def directions(q2, q3, q4, geometry: Geometry):

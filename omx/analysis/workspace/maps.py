@@ -49,7 +49,8 @@ def pitch_map(step: float = 10.0, pitches: int = 120, geometry: Geometry = COURS
     more configurations, for example `omx.analysis.workspace.clear`. `progress(done, total)` is called now and then.
     """
     pitches, limits = as_count(pitches, "pitches", most=100_000), as_limits(limits, 4)
-    _check_allowed(allowed)
+    _check_function("allowed", allowed)
+    _check_function("progress", progress)
     r, z, inside = section(geometry, limits).fill(step)
     cells = np.argwhere(inside)
     share, branches = np.full(inside.shape, np.nan), np.zeros(inside.shape, dtype=int)
@@ -71,7 +72,7 @@ def branch_map(pitch: float, step: float = 5.0, geometry: Geometry = COURSE, lim
     `allowed(q)`, (n, 4) -> booleans (n,), rules out more configurations.
     """
     pitch = as_number(pitch, "pitch", "an angle in rad")
-    _check_allowed(allowed)
+    _check_function("allowed", allowed)
     r_low, r_high, z_low, z_high = section(geometry, limits).bounds
     r, z = centres(0.0, max(-r_low, r_high), step), centres(z_low, z_high, step)
     poses = np.zeros((len(z), len(r), 4))
@@ -90,9 +91,9 @@ def _legal_branches(r, z, pitches: int, geometry: Geometry, limits, allowed) -> 
     return _ruled(q, legal, allowed).sum(axis=1).reshape(len(r), pitches)
 
 
-def _check_allowed(allowed) -> None:
-    if allowed is not None and not callable(allowed):
-        raise BadInput(f"`allowed` must be a function, (n, 4) -> booleans (n,); got {shown(allowed)}.")
+def _check_function(name: str, value) -> None:
+    if value is not None and not callable(value):
+        raise BadInput(f"`{name}` must be a function, or None; got {shown(value)}.")
 
 
 def _ruled(q, legal, allowed) -> np.ndarray:

@@ -142,6 +142,8 @@ def text_bar(done: int, total: int) -> None:
 def _count(job: _Job, project, executor: Executor | None, progress) -> Counts:
     blocks = -(-job.samples // BLOCK)
     firsts = range(0, blocks, TASK // BLOCK)
+    if progress is not None and not callable(progress):
+        raise BadInput(f"`progress` must be a function, or None; got {shown(progress)}.")
     if executor is not None and not callable(getattr(executor, "map", None)):
         raise BadInput(f"`executor` must have a `map`, as those of concurrent.futures do; got {shown(executor)}.")
     if executor is None:

@@ -153,6 +153,7 @@ def section(geometry: Geometry = COURSE, limits=LIMITS) -> ArmSection:
 
 def centres(low: float, high: float, step: float) -> np.ndarray:
     """The centres of cells of size `step` that cover low .. high, the borders at whole multiples of `step`."""
+    low, high = as_number(low, "low", "a number in mm"), as_number(high, "high", "a number in mm")
     step = as_number(step, "step", "the side of a cell in mm, more than 0", 1e-6)
     if (high - low) / step > MOST_CELLS:
         raise BadInput(
