@@ -94,15 +94,15 @@ _ORDERED, _PLAIN = (tuple, list, Four), {float, int}
 
 def as_four(value, name: str, wanted: str) -> tuple[float, float, float, float]:
     """Four finite floats, from any one row that `as_rows` takes; `BadInput` otherwise."""
-    four = as_four_or_rows(value, name, wanted)
+    four = as_four_or_rows(value, name, wanted, many=False)
     if is_foreign(four) and four.ndim == 1:
-        four = tuple(as_rows(four, name, 4, wanted).tolist())
+        four = tuple(as_rows(four, name, 4, wanted, many=False).tolist())
     if type(four) is not tuple:
         raise BadInput(f"`{name}` must be {wanted}, shape (4,); got shape {tuple(four.shape)}.")
     return four
 
 
-def as_four_or_rows(value, name: str, wanted: str):
+def as_four_or_rows(value, name: str, wanted: str, many: bool = True):
     """A tuple of four plain floats, by the quick way; else what `as_rows` returns, with two axes or more.
 
     An array of another library comes back as it is, with its shape checked.
@@ -125,7 +125,7 @@ def as_four_or_rows(value, name: str, wanted: str):
             return float(a), float(b), float(c), float(d)
     except (TypeError, ValueError):  # not four numbers: a batch, or a mistake that `as_rows` explains
         pass
-    rows = as_rows(value, name, 4, wanted)
+    rows = as_rows(value, name, 4, wanted, many)
     return tuple(rows.tolist()) if rows.ndim == 1 else rows
 
 
@@ -136,7 +136,7 @@ def _of_four(array, name: str, wanted: str):
     return array
 
 
-def as_rows(value, name: str, columns: int, wanted: str):
+def as_rows(value, name: str, columns: int, wanted: str, many: bool = True):
     """`value` as a float64 array of shape (..., `columns`), finite throughout; `BadInput` otherwise.
 
     What passes, here and through `as_four`: arrays of whole numbers or floats, whatever NumPy makes such an array of
@@ -144,7 +144,7 @@ def as_rows(value, name: str, columns: int, wanted: str):
     Python's, NumPy's, SymPy's, fractions, decimals. Refused: True and False, strings, None, complex numbers, what is
     masked, NaN, infinity, numbers beyond 1e306, and sets and mappings, whose order means nothing.
     """
-    expected = f"`{name}` must be {wanted}, shape ({columns},) or (..., {columns})"
+    expected = f"`{name}` must be {wanted}, shape ({columns},)" + (f" or (..., {columns})" if many else "")
     if isinstance(value, Iterator):
         value = _row(value, columns)
     array = _as_floats(value, expected)

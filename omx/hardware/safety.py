@@ -11,11 +11,12 @@ from math import ceil, isfinite, radians
 import numpy as np
 
 from ..arm import LIMITS, SOFT_MARGIN, SPEED_CAP
-from ..arrays import as_rows
+from ..arrays import as_four
 from ..collision import gaps
 from ..dh import clipped, limit_violations
 from ..errors import BadInput, Collision, JointLimit, TooFast
 from ..geometry import COURSE, Geometry
+from ..kinematics import JOINT_ANGLES
 
 #: A path is looked at every so far (rad) of the joint that turns most.
 STEP = radians(2.0)
@@ -46,11 +47,11 @@ class Guard:
         Raises `BadInput`, `JointLimit` or `Collision`. An arm that *starts* outside (moved by hand, say) may come
         back in: then a joint, or the clearance, must only not get worse.
         """
-        goal = _four(goal, "goal")
+        goal = as_four(goal, "goal", JOINT_ANGLES)
         if start is None:
             start, floor, limits = goal, 0.0, self.soft_limits
         else:
-            start = _four(start, "start")
+            start = as_four(start, "start", JOINT_ANGLES)
             floor = min(0.0, self.clearance(start)[0])
             limits = [(min(low, q), max(high, q)) for (low, high), q in zip(self.soft_limits, start, strict=True)]
         violations = limit_violations(goal, limits)
@@ -67,7 +68,8 @@ class Guard:
 
     def seconds(self, start, goal, seconds: float | None = None) -> float:
         """`seconds` for a move, or the fewest that the speed cap allows; raises `TooFast` where they are too few."""
-        ways = [abs(b - a) for a, b in zip(_four(start, "start"), _four(goal, "goal"), strict=True)]
+        start, goal = as_four(start, "start", JOINT_ANGLES), as_four(goal, "goal", JOINT_ANGLES)
+        ways = [abs(b - a) for a, b in zip(start, goal, strict=True)]
         fewest = max(ways) / self.speed_cap
         if seconds is None:
             return fewest
@@ -96,10 +98,3 @@ def _way(start, goal) -> np.ndarray:
     start, goal = np.array(start), np.array(goal)
     count = max(1, ceil(np.abs(goal - start).max() / STEP))
     return start + (goal - start) * np.arange(1, count + 1)[:, None] / count
-
-
-def _four(value, name: str) -> tuple[float, float, float, float]:
-    row = as_rows(value, name, 4, "the four joint angles in rad")
-    if row.ndim != 1:
-        raise BadInput(f"`{name}` must be four joint angles; got shape {row.shape}.")
-    return tuple(row.tolist())

@@ -165,7 +165,7 @@ def _rotation_vector(R) -> np.ndarray:
 
 def _one(value, name: str, columns: int, wanted: str) -> np.ndarray:
     """One row of `columns` numbers; `BadInput` for several."""
-    row = as_rows(value, name, columns, wanted)
+    row = as_rows(value, name, columns, wanted, many=False)
     if row.ndim != 1:
         raise BadInput(f"`{name}` must be {wanted}, shape ({columns},), one at a time; got shape {row.shape}.")
     return row

@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
+from ...arrays import as_four
 from ...dh import Chain, DHRow
-from ...errors import BadInput
 from . import annotations
 from .annotations import PALETTE
 from .environment import Camera
@@ -26,6 +26,7 @@ _HEAD, _ROD = 10.4, 100.0
 _PIECES = (128, 64, 32, 16, 8, 4, 2, 1)
 _NOTES = "/meshcat/notes"
 _GREY = "#8a929c"
+_ROW = "theta (rad), d (mm), a (mm), alpha (rad)"
 
 
 class RowView(Scene):
@@ -50,8 +51,8 @@ class RowView(Scene):
 
     @row.setter
     def row(self, value) -> None:
-        self._row = value if isinstance(value, DHRow) else DHRow(*_four(value))
-        nodes, shown = places(_four(self._row.at(0.0)))
+        self._row = value if isinstance(value, DHRow) else DHRow(*as_four(value, "row", _ROW))
+        nodes, shown = places(as_four(self._row.at(0.0), "row", _ROW))
         with self.channel.batch():
             for name, matrix in nodes.items():
                 put_transform(self.channel, f"{_NOTES}/{name}", column_major(matrix))
@@ -61,7 +62,7 @@ class RowView(Scene):
     @property
     def matrix(self) -> np.ndarray:
         """The link matrix A of the row, (4, 4), mm: the last frame as the first one sees it."""
-        return _matrix(*_four(self._row.at(0.0)))
+        return _matrix(*as_four(self._row.at(0.0), "row", _ROW))
 
     def __repr__(self) -> str:
         theta, d, a, alpha = self._row.at(0.0)
@@ -150,13 +151,3 @@ def _shift(to) -> np.ndarray:
     out = np.eye(4)
     out[:3, 3] = to
     return out
-
-
-def _four(values) -> tuple[float, ...]:
-    try:
-        numbers = tuple(float(v) for v in values)
-    except (TypeError, ValueError):
-        numbers = ()
-    if len(numbers) != 4 or not all(map(math.isfinite, numbers)):
-        raise BadInput(f"`row` must be theta (rad), d (mm), a (mm), alpha (rad): four finite numbers; got {values!r}.")
-    return numbers

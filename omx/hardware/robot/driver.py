@@ -7,7 +7,7 @@ thread waits for a motion to end.
 import math
 
 from ...arm import GRIPPER_ID, HOME, PARK_SPEED, REST, SLOW, STALL_MA
-from ...arrays import as_rows
+from ...arrays import as_four
 from ...dh import limit_violations
 from ...errors import BadInput, BusError, NotReady, TorqueOff
 from ..dynamixel import registers as reg
@@ -175,7 +175,7 @@ class Driver(Keeper):
     def velocities(self, speeds) -> tuple[float, ...]:
         """Turn the joints at `speeds` (rad/s) in velocity mode, for at most `STREAM_WATCHDOG_S` unless repeated."""
         self._ready("velocity")
-        speeds = _four(speeds, "velocities")
+        speeds = as_four(speeds, "velocities", "four numbers, one a joint")
         fastest = max(map(abs, speeds))
         if fastest > self.guard.speed_cap * (1 + 1e-9):
             raise BadInput(
@@ -191,7 +191,7 @@ class Driver(Keeper):
     def currents(self, milliamps) -> tuple[float, ...]:
         """Push with `milliamps` in current mode, for at most `STREAM_WATCHDOG_S` unless repeated."""
         self._ready("current")
-        milliamps = _four(milliamps, "currents")
+        milliamps = as_four(milliamps, "currents", "four numbers, one a joint")
         if max(map(abs, milliamps)) > STALL_MA:
             raise BadInput(f"`currents` may be at most {STALL_MA:.0f} mA; got {max(map(abs, milliamps)):.0f}.")
         self.guard.check(self.watch().q)
@@ -258,10 +258,3 @@ class Driver(Keeper):
         if seconds != self._profile_s:
             self.servos.slow_all(seconds)
             self._profile_s = seconds
-
-
-def _four(values, name: str) -> tuple[float, ...]:
-    row = as_rows(values, name, 4, "four numbers, one a joint")
-    if row.ndim != 1:
-        raise BadInput(f"`{name}` must be four numbers; got shape {row.shape}.")
-    return tuple(row.tolist())

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ...arm import CLOSED_DEG, HOME, OPEN_DEG
+from ...arrays import as_four
 from ...dh import Chain, DHRow
 from ...errors import BadInput, OmxError
 from ...geometry import COURSE, Geometry
@@ -96,7 +97,7 @@ class Robot:
         Takes the seconds of `write_time`, or as few as the speed cap allows. Refuses what is outside the limits, hits
         the table or the arm itself, or is too fast: then nothing was sent, and the error names what would pass.
         """
-        sent, _ = self.driver.command(np.radians(_numbers(q_deg, "q_deg")), self._seconds)
+        sent, _ = self.driver.command(np.radians(as_four(q_deg, "q_deg", "four numbers")), self._seconds)
         return np.degrees(sent)
 
     def get_joints_readings(self) -> np.ndarray:
@@ -117,26 +118,26 @@ class Robot:
 
     def write_velocities(self, deg_per_s) -> np.ndarray:
         """In velocity mode: turn the joints at these speeds (deg/s). Repeat it: the servos stop after 0.4 s."""
-        return np.degrees(self.driver.velocities(np.radians(_numbers(deg_per_s, "deg_per_s"))))
+        return np.degrees(self.driver.velocities(np.radians(as_four(deg_per_s, "deg_per_s", "four numbers"))))
 
     def write_currents(self, milliamps) -> np.ndarray:
         """In current mode: push with these currents (mA). Repeat it: the servos stop after 0.4 s."""
-        return np.array(self.driver.currents(_numbers(milliamps, "milliamps")))
+        return np.array(self.driver.currents(as_four(milliamps, "milliamps", "four numbers")))
 
     # ---- the course's names: kinematics ----
 
     def get_dh_row_mat(self, row) -> np.ndarray:
         """A_i, (4, 4), for one row [theta, d, a, alpha] of a DH table (deg, mm)."""
-        theta, d, a, alpha = _numbers(row, "row")
+        theta, d, a, alpha = as_four(row, "row", "four numbers")
         return Chain([DHRow(math.radians(theta), d, a, math.radians(alpha))]).fk([0.0])
 
     def get_int_mat(self, q_deg) -> np.ndarray:
         """The link matrices A_1 .. A_4 at four angles (deg): (4, 4, 4), mm."""
-        return self.geometry.chain.matrices(np.radians(_numbers(q_deg, "q_deg")))
+        return self.geometry.chain.matrices(np.radians(as_four(q_deg, "q_deg", "four numbers")))
 
     def get_fk(self, q_deg) -> np.ndarray:
         """T_base_tool, (4, 4), mm, at four angles (deg)."""
-        return fk(np.radians(_numbers(q_deg, "q_deg")), self.geometry)
+        return fk(np.radians(as_four(q_deg, "q_deg", "four numbers")), self.geometry)
 
     def get_current_fk(self) -> np.ndarray:
         """T_base_tool, (4, 4), mm, at the angles read now."""
@@ -144,7 +145,7 @@ class Robot:
 
     def get_ee_pos(self, q_deg) -> np.ndarray:
         """[x, y, z, pitch, yaw] (mm, deg) of the tool at four angles (deg)."""
-        q = np.radians(_numbers(q_deg, "q_deg"))
+        q = np.radians(as_four(q_deg, "q_deg", "four numbers"))
         x, y, z, pitch = pose(q, self.geometry)
         return np.array([x, y, z, math.degrees(pitch), math.degrees(q[0])])
 
@@ -162,11 +163,11 @@ class Robot:
 
     def get_jacobian(self, q_deg) -> np.ndarray:
         """The Jacobian (6, 4) at four angles (deg): mm/rad, then rad/rad."""
-        return jacobian(np.radians(_numbers(q_deg, "q_deg")), self.geometry)
+        return jacobian(np.radians(as_four(q_deg, "q_deg", "four numbers")), self.geometry)
 
     def get_frames(self, q_deg) -> np.ndarray:
         """T_0_0 .. T_0_4, (5, 4, 4), mm, at four angles (deg)."""
-        return frames(np.radians(_numbers(q_deg, "q_deg")), self.geometry)
+        return frames(np.radians(as_four(q_deg, "q_deg", "four numbers")), self.geometry)
 
     # ---- beyond the course ----
 
@@ -177,7 +178,7 @@ class Robot:
 
     def move_to(self, q_deg, seconds: float | None = None) -> np.ndarray:
         """Go to four angles (deg) and wait; returns the reading (3, 4) at the end. `seconds`: as for `write_time`."""
-        self.driver.command(np.radians(_numbers(q_deg, "q_deg")), seconds)
+        self.driver.command(np.radians(as_four(q_deg, "q_deg", "four numbers")), seconds)
         return _in_degrees(self.driver.wait())
 
     def move_to_pose(self, pose_deg, seconds: float | None = None) -> np.ndarray:
@@ -259,19 +260,8 @@ class Robot:
             shutdown.let_go(self)
 
 
-def _numbers(values, name: str) -> list[float]:
-    """Four finite numbers; degrees that were meant as radians cannot be told apart, shapes and words can."""
-    try:
-        numbers = [float(v) for v in values]
-    except (TypeError, ValueError):
-        raise BadInput(f"`{name}` must be four numbers; got {values!r}.") from None
-    if len(numbers) != 4 or not all(map(math.isfinite, numbers)):
-        raise BadInput(f"`{name}` must be four finite numbers; got {numbers}.")
-    return numbers
-
-
 def _task(pose_deg) -> list[float]:
-    x, y, z, alpha = _numbers(pose_deg, "pose_deg")
+    x, y, z, alpha = as_four(pose_deg, "pose_deg", "four numbers")
     return [x, y, z, math.radians(alpha)]
 
 
