@@ -16,6 +16,7 @@ from .errors import (
     Collision,
     JointLimit,
     LogError,
+    NotDecided,
     NotEqual,
     NotIdentifiable,
     NotReady,
@@ -57,10 +58,10 @@ _LATER = {
 __all__ = [
     "COURSE", "HOME", "LIMITS", "MAKER", "ZERO",
     "BadInput", "BusCorrupt", "BusError", "BusTimeout", "Camera", "Chain", "Collision", "DHRow", "Geometry",
-    "IKSolution", "JointLimit", "JointPanel", "LogError", "NotEqual", "NotIdentifiable", "NotReady", "OmxError",
-    "PathBlocked", "PortBusy", "PortError", "PortLost", "Pose", "PosePanel", "Robot", "RobotPanel", "RowPanel",
-    "RowView", "ServoFault", "ServoLost", "ServoRefused", "ServoRestarted", "Stalled", "Stopped", "TooFast", "TooHeavy",
-    "TorqueOff", "Unreachable", "View", "ViewerMissing", "Violation", "Wrong", "WrongServo",
+    "IKSolution", "JointLimit", "JointPanel", "LogError", "NotDecided", "NotEqual", "NotIdentifiable", "NotReady",
+    "OmxError", "PathBlocked", "PortBusy", "PortError", "PortLost", "Pose", "PosePanel", "Robot", "RobotPanel",
+    "RowPanel", "RowView", "ServoFault", "ServoLost", "ServoRefused", "ServoRestarted", "Stalled", "Stopped", "TooFast",
+    "TooHeavy", "TorqueOff", "Unreachable", "View", "ViewerMissing", "Violation", "Wrong", "WrongServo",
     "fk", "frames", "ik", "ik_batch", "jacobian", "pose", "solve_ik",
 ]  # fmt: skip
 

@@ -7,8 +7,19 @@ from math import atan2, hypot, pi, radians
 
 # ---- joints and named poses ----
 
+
+class Limits(tuple):
+    """One (low, high) a joint, shown in signatures by its name."""
+
+    def __repr__(self) -> str:
+        return "omx.LIMITS" if self == LIMITS else super().__repr__()
+
+    def _repr_pretty_(self, printer, cycle) -> None:
+        printer.text(super().__repr__())
+
+
 #: Joint limits (rad), from the maker's current URDF: one (low, high) a joint.
-LIMITS = ((-pi, pi), (-1.5, 1.5), (-1.5, 1.4), (-1.7, 1.97))
+LIMITS = Limits(((-pi, pi), (-1.5, 1.5), (-1.5, 1.4), (-1.7, 1.97)))
 
 #: Where the frames stop the joints (rad): the widest limits that anyone publishes for this arm.
 STOPS = ((-pi, pi), (-2.05, 1.571), (-1.571, 1.53), (-1.8, 2.0))

@@ -237,11 +237,31 @@ class NotIdentifiable(OmxError):
 
 
 class NotEqual(OmxError, AssertionError):
-    """Two expressions that should be the same are not; `residual` is what is left of their difference."""
+    """Two expressions that should be the same are not; `residual` is what is left of their difference.
+
+    `values` are numbers, by the symbols' names, at which the two sides have the values `sides`.
+    """
+
+    def __init__(self, name: str, residual, values=None, sides=()):
+        self.residual, self.values, self.sides = residual, dict(values or {}), tuple(sides)
+        at = ", ".join(f"{symbol} = {value:.6g}" for symbol, value in self.values.items())
+        told = f"; {f'with {at} ' if at else ''}the sides are {' and '.join(map(_plain, self.sides))}" if sides else ""
+        super().__init__(f"{name} is not 0; what remains is {residual}{told}")
+
+
+class NotDecided(OmxError, AssertionError):
+    """Two expressions may be the same: no proof was found, and no numbers at which they differ; see `residual`."""
 
     def __init__(self, name: str, residual):
         self.residual = residual
-        super().__init__(f"{name} is not 0; what remains is {residual}")
+        super().__init__(
+            f"{name}: not decided. The sides agree wherever they were compared, but {residual} remains. Is a float "
+            "such as 1.5707963 meant to be exact (write sympy.pi / 2), or a `relation` between symbols missing?"
+        )
+
+
+def _plain(number: complex) -> str:
+    return f"{number.real:.6g}" if abs(number.imag) <= 1e-12 * abs(number) else f"{number:.6g}"
 
 
 class Wrong(OmxError, AssertionError):

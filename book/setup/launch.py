@@ -30,7 +30,7 @@ COMMANDS = (
     Command("test", "tests", ("-m pytest",), "run every test: test [pytest's own options]"),
     Command("check", "notebooks", ("-m book.chapters.check",), "lint code and chapters: check [chapter]"),
     Command("new-chapter", "notebooks", ("-m book.chapters.new",), "begin a chapter: new-chapter TOPIC"),
-    Command("generate", "notebooks", ("-m book.chapters.generate",), "write omx/generated anew [--check]"),
+    Command("generate", "notebooks", ("-m book.chapters.generate",), "write omx/generated anew [--check, --restore]"),
     Command("execute", "notebooks", ("-m book.chapters.execute",), "run notebooks again and store their outputs"),
     Command("student", "notebooks", ("-m book.chapters.student",), "write the copies without solutions"),
     Command("book", "book/publish/site.py", ("-m book.publish.site",), "build the site in build/site [--serve]"),
@@ -84,6 +84,10 @@ def run(command, arguments):
         from book.setup import lock
 
         return lock.main(arguments)
+    if command.name == "generate" and "--restore" in arguments:  # the same for what a chapter has broken
+        from book.setup import restore
+
+        return restore.main()
     if command.name == "update" and "--carry-over" not in arguments:
         from book.setup import update
 

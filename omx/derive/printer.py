@@ -7,8 +7,9 @@ import sympy as sp
 from sympy.printing.precedence import PRECEDENCE
 from sympy.printing.pycode import PythonCodePrinter
 
+from ..arrays import HUGE
 from ..errors import BadInput
-from .symbolic import wrap
+from .symbolic import as_expression, wrap
 
 #: What an expression may be made of, besides the functions of a dialect.
 PARTS = (sp.Symbol, sp.Rational, sp.Float, sp.Add, sp.Mul, sp.Pow, type(sp.pi))
@@ -68,11 +69,15 @@ class Printer(PythonCodePrinter):
 
     def code(self, expression) -> str:
         """The expression as source text; `BadInput` names what cannot be written."""
-        expression = sp.sympify(expression)
+        expression = as_expression(expression)
         for part in sp.preorder_traversal(expression):
             if not isinstance(part, PARTS) and type(part).__name__ not in self.dialect.functions:
                 known = ", ".join(sorted(self.dialect.functions))
                 raise BadInput(f"cannot write `{part}` as code; the functions that can be written are {known}.")
+            if part.is_number and part.is_Atom and not max(abs(sp.numer(part)), abs(sp.denom(part))) < HUGE:
+                raise BadInput(f"cannot write `{expression}` as code: a number in it is beyond 1e306.")
+            if part.is_Pow and part.base.is_number and part.base.is_negative and not part.exp.is_integer:
+                raise BadInput(f"cannot write `{part}` as code: powers of a negative number are seldom real.")
         return self.doprint(expression)
 
     def use(self, code: str) -> str:

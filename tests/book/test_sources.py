@@ -130,7 +130,7 @@ def test_erratum_the_targets_of_lab_3_are_cut_in_z_and_rounded_in_x_and_y():
 
 
 def test_erratum_rounded_poses_move_the_joints_by_degrees():
-    q = np.array(omx.solve_ik((16, 4, 336, radians(15)), near=rad(15, -45, -60, 90)))
+    q = np.array(omx.solve_ik((16, 4, 336, radians(15)), start=rad(15, -45, -60, 90)))
     moved = np.abs(np.degrees(q) - (15, -45, -60, 90))
     assert_prints(moved[[0, 2]], ("1.0", "1.9"))
 
@@ -248,7 +248,7 @@ def test_erratum_theta_1_wants_the_arc_tangent_of_two_arguments():
 @pytest.mark.parametrize("q1", [-2.0, 0.0, 0.7])
 def test_erratum_q1_is_free_above_the_base(q1):
     """At x = y = 0 the arc tangent says nothing, and the joint stays where it is."""
-    high = omx.solve_ik((0, 0, 400, radians(90)), near=(q1, 0, -1.0, 0))
+    high = omx.solve_ik((0, 0, 400, radians(90)), start=(q1, 0, -1.0, 0))
     assert high.q[0] == pytest.approx(q1)
 
 
@@ -267,7 +267,7 @@ WAYPOINTS = [(25, -100, 150, -60), (150, 80, 300, 0), (250, -115, 75, -45), (25,
 def test_every_waypoint_of_lab_3_is_legal():
     q = omx.HOME
     for x, y, z, alpha in WAYPOINTS:
-        q = omx.solve_ik((x, y, z, radians(alpha)), near=q)
+        q = omx.solve_ik((x, y, z, radians(alpha)), start=q)
         assert (q.front, q.elbow_up) == (True, True)
         assert oracles.pose_gap(omx.pose(q), (x, y, z, radians(alpha))) < 1e-12
 

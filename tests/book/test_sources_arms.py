@@ -49,7 +49,7 @@ def test_the_textbooks_arms_are_the_products_of_their_moves(rows):
 
 def test_its_workspace_by_ten_thousand_samples_fills_a_shell_about_the_shoulder():
     arm = textbook(THREE, limits=SIX_LIMITS[:3])
-    tips = workspace.tips(workspace.sample_joints(10_000, arm=arm), arm)
+    tips = workspace.tips(workspace.sample_joints(10_000, geometry=arm), arm)
     away = np.linalg.norm(tips - [0, 0, 300], axis=1)
     assert 100 - 1e-9 <= away.min() < 102
     assert 898 < away.max() <= 900 + 1e-9
@@ -224,7 +224,7 @@ def test_erratum_all_simulations_break_the_limit_of_the_slide(pose):
 
 def test_its_workspace_ends_where_shoulder_wrist_and_hand_are_in_line():
     arm = stanford(limits=LIMITS)
-    tips = workspace.tips(workspace.sample_joints(20_000, arm=arm), arm)
+    tips = workspace.tips(workspace.sample_joints(20_000, geometry=arm), arm)
     furthest = np.linalg.norm(tips - [0, 0, 1], axis=1).max()
     assert 4.1 < furthest < hypot(3, 1) + 1
     assert np.arctan2(1, 3) < LIMITS[4][1], "joint 5 can bring the hand into line"

@@ -155,7 +155,7 @@ ALONE = """
     before, start = set(sys.modules), time.perf_counter()
     import omx
     took = time.perf_counter() - start
-    omx.solve_ik([200, 0, 100, 0], near=omx.HOME)
+    omx.solve_ik([200, 0, 100, 0], start=omx.HOME)
     print(f"{took * 1e3:.0f} ms", *sorted(set(sys.modules) - before))
 """
 
