@@ -12,6 +12,8 @@ SKELETON = (
     ("markdown", "# {title}\n\n«One sentence that makes a student want to know.»", ()),
     ("markdown", "You will be able to\n\n- «derive ...»,\n- «compute ...»,\n- «decide ...».", ()),
     ("code", "import numpy as np\n\nimport omx\nfrom omx import View, check", ()),
+    ("markdown", "**Recall.** Three questions from earlier chapters.\n\n1. «...»\n2. «...»\n3. «...»\n\n"
+     "<details><summary>Answers</summary>\n\n1. «...»\n2. «...»\n3. «...»\n\n</details>", ()),
     ("markdown", "## «The idea»\n\n«Say it in words, then derive it, then show it in a small cell.»", ()),
     ("code", 'tip = omx.pose(omx.HOME)\nprint(f"x = {{tip.x:.1f}} mm, z = {{tip.z:.1f}} mm")\nassert tip.x > 0', ()),
     ("markdown", "«Read the number back, with its unit.»", ()),
@@ -21,7 +23,8 @@ SKELETON = (
     ("markdown", "## On the arm\n\n«The same on the virtual arm, or on yours.»", ("on-the-arm",)),
     ("markdown", "## Summary\n\n- «The one idea.»", ()),
     ("markdown", "## Exercises", ()),
-    ("markdown", "### Exercise {number}.1: «its name»\n\n«The task.»\n\n**Hint:** «a step, no answer.»", ("exercise",)),
+    ("markdown", "### Exercise {number}.1: «its name»\n\n*Difficulty 2 of 5, about 10 minutes, derive it.*\n\n"
+     "«The task.»\n\n**Hint:** «a step, no answer.»", ("exercise",)),
     ("code", "reach = float(np.hypot(*omx.pose(omx.HOME)[:2]))", ("solution",)),
     ("code", 'check.value(reach, omx.pose(omx.HOME).x, "the reach", "mm")', ("check",)),
 )  # fmt: skip
