@@ -3,7 +3,7 @@
 import re
 
 TAGS = {
-    *("exercise", "broken", "solution", "check"),
+    *("recall", "exercise", "broken", "solution", "check"),
     *("predict", "play", "on-the-arm", "self-test", "parameters"),
     *("hide-input", "hide-output", "remove-cell"),
     *("raises-exception", "nbval-ignore-output"),

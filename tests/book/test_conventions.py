@@ -162,21 +162,20 @@ def test_a_chapter_is_named_by_its_beginning():
 
 # ---- the student works ------------------------------------------------------------------------------------
 
-EXERCISE = "### Exercise 7.{} · A name\n\n*Difficulty 2 of 5, about 10 minutes, {}.*\n\nDo it. *Hint:* think."
-ITEMS = "1. One.\n2. Two.\n3. Three.\n"
-RECALL = f"**Recall.** Three questions.\n\n{ITEMS}\n<details><summary>Answers</summary>\n\n{ITEMS}\n</details>"
-IN_WORDS = "<details><summary>Model answer and rubric</summary>\n\nBecause. One point for the cause.\n\n</details>"
-KINDS = ("derive it", "derive it", "find the fault", "estimate first", "design", "explain")
+EXERCISE = "### Exercise 7.{} · A name\n\n*Difficulty 2 of 5, about 10 minutes.*\n\nDo it. *Hint:* think."
+RECALL = "\n\n".join("**Why?**\n\n<details><summary>Answer</summary>\n\nSo.\n\n</details>" for _ in range(3))
+IN_WORDS = "**Model answer.** Because.\n\n**Rubric.** One point for the cause."
 
 
 def a_working_chapter():
-    cells = [markdown(RECALL)]
-    for number, kind in enumerate(KINDS, 1):
-        cells.append(markdown(EXERCISE.format(number, kind), tags=["exercise"]))
-        if kind == "explain":
+    cells = [markdown(RECALL, tags=["recall"])]
+    for number in range(1, 7):
+        cells.append(markdown(EXERCISE.format(number), tags=["exercise"]))
+        if number == 6:
             cells.append(markdown(IN_WORDS, tags=["solution"]))
         else:
             cells += [code("x = 1", tags=["solution"]), code("check.expression(x, y)", tags=["check"])]
+    cells.insert(2, code("def f(): return 2", tags=["broken"]))
     return cells
 
 
@@ -188,12 +187,11 @@ def test_a_chapter_in_which_the_student_works():
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("3. Three.", "", "with `**Recall.**`, three questions"),
+        ("<summary>Answer</summary>", "", "wants one cell tagged 'recall'"),
         ("*Difficulty 2 of 5", "*Difficulty 6 of 5", "without a line"),
         ("check.expression(x, y)", "assert x", "0 exercises judged by"),
-        ("find the fault", "derive it", "of the kind `*Difficulty 2 of 5, about 10 minutes, find the fault.*`"),
-        ("explain", "derive it", "about 10 minutes, explain"),
-        ("and rubric", "", "no Markdown solution with a model answer and a rubric"),
+        ("def f(): return 2", None, "broken on purpose"),
+        ("**Rubric.**", "Rubric:", "no exercise in words"),
         ("### Exercise 7.6", None, "5 exercises"),
     ],
 )
