@@ -20,7 +20,7 @@ def test_chapter_keeps_the_conventions(path):
     assert not found, "\n".join(found)
 
 
-def problems(tmp_path, cells, name="07-scratch.ipynb"):
+def problems(tmp_path, cells, name="98-scratch.ipynb"):
     path = tmp_path / name
     normalise.write(path, normalise.normalise({"cells": cells, "nbformat": 4}))
     return lint.problems(path)
@@ -93,7 +93,7 @@ BROKEN = {
     "ends with 'solution'": added(markdown("**Exercise 9** Hint: no", tags=["exercise"]), code("1", tags=["solution"])),
     "no cell tagged 'predict'": metadata("**Predict**", tags=[]),
     "no cell tagged 'play'": metadata("**Play**", tags=[]),
-    "without alt text": added(markdown("![](07-scratch.ipynb)")),
+    "without alt text": added(markdown("![](98-scratch.ipynb)")),
     "has an <img> without alt text": added(markdown("<img src='a.png'>")),
     "points to 08-nowhere.ipynb": added(markdown("See [the next](08-nowhere.ipynb).")),
     "stores a warning": outputs(stream("careful\n", "stderr")),
@@ -120,7 +120,7 @@ def test_a_name_without_number_is_caught(tmp_path):
 
 
 def test_a_notebook_out_of_stored_form_is_caught(tmp_path):
-    path = tmp_path / "07-scratch.ipynb"
+    path = tmp_path / "98-scratch.ipynb"
     path.write_text(json.dumps(normalise.normalise({"cells": chapter(), "nbformat": 4})))
     assert "is not in stored form" in "\n".join(lint.problems(path))
 
