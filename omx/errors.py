@@ -1,7 +1,13 @@
 """What can go wrong, by name. Every error holds its data; every message says what to do next."""
 
 import math
+import os
+import sys
+import traceback
 from typing import NamedTuple
+
+#: The folder of this package, whose lines teach a reader nothing.
+_HOME = os.path.dirname(os.path.realpath(__file__)) + os.sep
 
 
 class OmxError(Exception):
@@ -9,6 +15,16 @@ class OmxError(Exception):
 
     def __reduce__(self):
         return _restored, (type(self), self.args, self.__dict__)
+
+    def _render_traceback_(self) -> list[str]:
+        """What a notebook shows: the reader's own lines and the sentence, nothing of ours between them."""
+        frames = traceback.extract_tb(self.__traceback__)
+        theirs = [
+            frame
+            for frame in frames
+            if not os.path.realpath(frame.filename).startswith((_HOME, sys.prefix, sys.base_prefix))
+        ]
+        return [f"line {frame.lineno}: {frame.line}" for frame in theirs] + [f"{type(self).__name__}: {self}"]
 
 
 def _restored(kind: type, args: tuple, data: dict):
