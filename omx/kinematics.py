@@ -400,6 +400,7 @@ def _on_disk() -> dict[str, bytes | None]:
 
 
 _IMPORTED = _on_disk()
+_TOLD: dict[str, bytes | None] = {}
 
 
 def replaced() -> list[str]:
@@ -409,8 +410,9 @@ def replaced() -> list[str]:
 
 def warn_if_replaced() -> None:
     """Say that this notebook still has the old arm, once for each time that a chapter writes another one."""
-    if names := replaced():
-        _IMPORTED.update(_on_disk())
+    names = replaced()
+    if names and _TOLD != _on_disk():
+        _TOLD.update(_on_disk())
         warnings.warn(
             f"omx.generated.{' and '.join(names)} was written anew after this notebook had imported it, so you still "
             "see the old arm here. Choose Kernel > Restart Kernel, then run the cells again.",
