@@ -411,7 +411,7 @@ def replaced() -> list[str]:
 def warn_if_replaced() -> None:
     """Say that this notebook still has the old arm, once for each time that a chapter writes another one."""
     names = replaced()
-    if names and _TOLD != _on_disk():
+    if names and _on_disk() != _TOLD:
         _TOLD.update(_on_disk())
         warnings.warn(
             f"omx.generated.{' and '.join(names)} was written anew after this notebook had imported it, so you still "
