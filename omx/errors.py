@@ -11,7 +11,12 @@ _HOME = os.path.dirname(os.path.realpath(__file__)) + os.sep
 
 
 class OmxError(Exception):
-    """The parent of every error that `omx` raises on purpose. Copies and pickles with its message and all its data."""
+    """The parent of every error that `omx` raises on purpose. Copies and pickles with its message and all its data.
+
+    `note` is what a notebook shows after every message.
+    """
+
+    note = ""
 
     def __reduce__(self):
         return _restored, (type(self), self.args, self.__dict__)
@@ -24,7 +29,11 @@ class OmxError(Exception):
             for frame in frames
             if not os.path.realpath(frame.filename).startswith((_HOME, sys.prefix, sys.base_prefix))
         ]
-        return [f"line {frame.lineno}: {frame.line}" for frame in theirs] + [f"{type(self).__name__}: {self}"]
+        return [f"line {frame.lineno}: {frame.line}" for frame in theirs] + _noted(f"{type(self).__name__}: {self}")
+
+
+def _noted(message: str) -> list[str]:
+    return [message, OmxError.note] if OmxError.note else [message]
 
 
 def _restored(kind: type, args: tuple, data: dict):
@@ -265,7 +274,7 @@ class Wrong(OmxError, AssertionError):
 
     def _render_traceback_(self) -> list[str]:
         """What a notebook shows: the message alone, since the traceback is ours and teaches nothing."""
-        return [f"Not yet. {self}"]
+        return _noted(f"Not yet. {self}")
 
 
 class ViewerMissing(OmxError):
