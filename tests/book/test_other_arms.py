@@ -1,4 +1,4 @@
-"""A reader's own arm to the end: with lengths of theirs, chapters run on, or stop at a sentence that says whose arm it is.
+"""A reader's own arm to the end: with other lengths, chapters run on, or stop at a sentence that says whose arm it is.
 
 The suite tries a few chapters; `OMX_ALL_ARMS=1` all of them.
 """
@@ -28,7 +28,7 @@ KNOWN = {name for name, kind in vars(errors).items() if isinstance(kind, type) a
 
 @pytest.fixture(scope="module")
 def packages(tmp_path_factory):
-    """A copy of `omx` for each arm, with the module that chapter 03 writes for it: other PARAMETERS, the same formulas."""
+    """A copy of `omx` for each arm, with what chapter 03 writes for it: other PARAMETERS, the same formulas."""
     made = {}
     for arm, (lengths, _) in ARMS.items():
         made[arm] = tmp_path_factory.mktemp("arm")
@@ -58,5 +58,5 @@ def test_a_chapter_with_a_readers_arm_stops_nowhere_without_a_sentence(arm, path
 
 
 def test_the_course_is_what_chapter_03_writes():
-    assert fk.PARAMETERS == pytest.approx(COURSE_LENGTHS, abs=1e-15)
+    assert pytest.approx(COURSE_LENGTHS, abs=1e-15) == fk.PARAMETERS
     assert errors.OmxError.note == ""
