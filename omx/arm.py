@@ -3,7 +3,7 @@
 Data only; lengths in mm, angles in rad, masses in kg. What is not the maker's has its reason beside it.
 """
 
-from math import atan2, hypot, pi, radians
+from math import asin, atan2, hypot, pi, radians
 
 # ---- joints and named poses ----
 
@@ -33,6 +33,9 @@ HOME = (0.0, -1.05, 0.35, 0.70)
 
 #: Where the arm lies when it is parked, folded together: least to fall when the torque goes off. Check it on yours.
 REST = (0.0, -1.45, 1.32, 0.2)
+
+#: The lengths of the course's drawing, for which the text, the labs' points and the printed tables are made.
+COURSE_LENGTHS = {"L1": 77.0, "L2": 130.0, "L3": 124.0, "L4": 126.0, "delta": asin(24 / 130)}
 
 #: What differs in the maker's URDF: a shoulder 0.5 mm lower, and an upper arm that is 128 up and 24 forward.
 MAKER_LENGTHS = {"L1": 76.5, "L2": hypot(128, 24), "delta": atan2(24, 128)}

@@ -1,14 +1,39 @@
 """What can go wrong, by name. Every error holds its data; every message says what to do next."""
 
 import math
+import os
+import sys
+import traceback
 from typing import NamedTuple
+
+#: The folder of this package, whose lines teach a reader nothing.
+_HOME = os.path.dirname(os.path.realpath(__file__)) + os.sep
 
 
 class OmxError(Exception):
-    """The parent of every error that `omx` raises on purpose. Copies and pickles with its message and all its data."""
+    """The parent of every error that `omx` raises on purpose. Copies and pickles with its message and all its data.
+
+    `note` is what a notebook shows after every message.
+    """
+
+    note = ""
 
     def __reduce__(self):
         return _restored, (type(self), self.args, self.__dict__)
+
+    def _render_traceback_(self) -> list[str]:
+        """What a notebook shows: the reader's own lines and the sentence, nothing of ours between them."""
+        frames = traceback.extract_tb(self.__traceback__)
+        theirs = [
+            frame
+            for frame in frames
+            if not os.path.realpath(frame.filename).startswith((_HOME, sys.prefix, sys.base_prefix))
+        ]
+        return [f"line {frame.lineno}: {frame.line}" for frame in theirs] + _noted(f"{type(self).__name__}: {self}")
+
+
+def _noted(message: str) -> list[str]:
+    return [message, OmxError.note] if OmxError.note else [message]
 
 
 def _restored(kind: type, args: tuple, data: dict):
@@ -269,7 +294,7 @@ class Wrong(OmxError, AssertionError):
 
     def _render_traceback_(self) -> list[str]:
         """What a notebook shows: the message alone, since the traceback is ours and teaches nothing."""
-        return [f"Not yet. {self}"]
+        return _noted(f"Not yet. {self}")
 
 
 class ViewerMissing(OmxError):
