@@ -72,8 +72,10 @@ def _keep_others_out(line):
             fcntl.ioctl(line.fileno(), termios.TIOCEXCL)
 
 
-def find_ports() -> list[str]:
-    """Serial ports that may have the arm, likely adapters first."""
+def find_ports(adapters_only: bool = False) -> list[str]:
+    """Serial ports that may have the arm, likely adapters first; or those of adapters that arms are sold with alone."""
     ports = [port for port in list_ports.comports() if port.vid is not None]
+    if adapters_only:
+        ports = [port for port in ports if (port.vid, port.pid) in ADAPTERS]
     ports.sort(key=lambda port: ((port.vid, port.pid) not in ADAPTERS, port.device))
     return [port.device for port in ports]
