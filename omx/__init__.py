@@ -16,10 +16,12 @@ from .errors import (
     Collision,
     JointLimit,
     LogError,
+    NotArrived,
     NotEqual,
     NotIdentifiable,
     NotReady,
     OmxError,
+    OutOfBounds,
     PathBlocked,
     PortBusy,
     PortError,
@@ -57,10 +59,10 @@ _LATER = {
 __all__ = [
     "COURSE", "HOME", "LIMITS", "MAKER", "ZERO",
     "BadInput", "BusCorrupt", "BusError", "BusTimeout", "Camera", "Chain", "Collision", "DHRow", "Geometry",
-    "IKSolution", "JointLimit", "JointPanel", "LogError", "NotEqual", "NotIdentifiable", "NotReady", "OmxError",
-    "PathBlocked", "PortBusy", "PortError", "PortLost", "Pose", "PosePanel", "Robot", "RobotPanel", "RowPanel",
-    "RowView", "ServoFault", "ServoLost", "ServoRefused", "ServoRestarted", "Stalled", "Stopped", "TooFast", "TooHeavy",
-    "TorqueOff", "Unreachable", "View", "ViewerMissing", "Violation", "Wrong", "WrongServo",
+    "IKSolution", "JointLimit", "JointPanel", "LogError", "NotArrived", "NotEqual", "NotIdentifiable", "NotReady",
+    "OmxError", "OutOfBounds", "PathBlocked", "PortBusy", "PortError", "PortLost", "Pose", "PosePanel", "Robot",
+    "RobotPanel", "RowPanel", "RowView", "ServoFault", "ServoLost", "ServoRefused", "ServoRestarted", "Stalled",
+    "Stopped", "TooFast", "TooHeavy", "TorqueOff", "Unreachable", "View", "ViewerMissing", "Violation", "Wrong", "WrongServo",
     "fk", "frames", "ik", "ik_batch", "jacobian", "pose", "solve_ik",
 ]  # fmt: skip
 

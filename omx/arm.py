@@ -48,6 +48,9 @@ UPPER_ARM = (0.1385, (13.0, 106.0))
 FOREARM = (0.1327, (105.0, 0.0))
 WRIST = (0.1433, (55.0, 0.0))
 
+#: The most torque (Nm) that gravity puts on a joint: on joint 2, with the bare arm stretched out level.
+HOLDING_TORQUE = 0.89
+
 # ---- servos ----
 
 MODEL = 1020  # XM430-W350
@@ -76,6 +79,10 @@ SOFT_MARGIN = radians(2.0)
 SPEED_CAP = radians(60.0)
 #: The speeds (rad/s) of parking, and of the way back from outside the limits.
 PARK_SPEED, SLOW = radians(30.0), radians(10.0)
+#: How far (rad) a joint may stay from its goal for the arm to have arrived: the sag under the largest payload.
+ARRIVED = radians(4.0)
+#: Seconds without a command after which an arm that holds folds itself and switches off.
+IDLE_S = 900.0
 #: The most current (mA) that a joint may need to hold what it carries: a servo that does so for good warms to 53 deg C.
 HOLDING_MA = 900.0
 #: More current (mA) than this in a joint that does not move: it pushes on something.

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import psutil
 
-from omx.hardware.log import Recorder, progress_bar, read_log
+from omx.hardware.log import Recorder, read_log
 from omx.hardware.robot import Robot
 from omx.hardware.robot.robot import COLUMNS
 from omx.hardware.simulator import Clock
@@ -121,18 +121,17 @@ def main(argv=None) -> int:
     parser.add_argument("--minutes", type=float, default=30.0)
     parser.add_argument("--scale", type=float, default=1.0, help="how many times as fast as real time")
     given = parser.parse_args(argv)
-    bar, told = progress_bar(), [time.monotonic()]
+    told = [time.monotonic()]
 
     def tell(found: Findings, share: float) -> None:
-        bar(share)
         if time.monotonic() - told[0] > 60:
             told[0] = time.monotonic()
-            print(f"\n{found}", flush=True)
+            print(f"{share:4.0%}  {found}", flush=True)
 
     with tempfile.TemporaryDirectory() as folder:
         found = endure(60 * given.minutes, Path(folder) / "endurance.csv", Clock(given.scale), tell)
         again = len(read_log(Path(folder) / "endurance.csv"))
-    print(f"\n{found}\n{again} samples read back from the disk")
+    print(f"{found}\n{again} samples read back from the disk")
     return int(found.missed != 0 or again != found.taken or found.drift > 0.3 or found.growth > 20e6)
 
 
