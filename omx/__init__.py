@@ -60,9 +60,10 @@ __all__ = [
     "COURSE", "HOME", "LIMITS", "MAKER", "ZERO",
     "BadInput", "BusCorrupt", "BusError", "BusTimeout", "Camera", "Chain", "Collision", "DHRow", "Geometry",
     "IKSolution", "JointLimit", "JointPanel", "LogError", "NotArrived", "NotEqual", "NotIdentifiable", "NotReady",
-    "OmxError", "OutOfBounds", "PathBlocked", "PortBusy", "PortError", "PortLost", "Pose", "PosePanel", "Robot",
-    "RobotPanel", "RowPanel", "RowView", "ServoFault", "ServoLost", "ServoRefused", "ServoRestarted", "Stalled",
-    "Stopped", "TooFast", "TooHeavy", "TorqueOff", "Unreachable", "View", "ViewerMissing", "Violation", "Wrong", "WrongServo",
+    "ObjectLost", "OmxError", "OutOfBounds", "PathBlocked", "PortBusy", "PortError", "PortLost", "Pose", "PosePanel",
+    "Robot", "RobotPanel", "RowPanel", "RowView", "ServoFault", "ServoLost", "ServoRefused", "ServoRestarted",
+    "Stalled", "Stopped", "TooFast", "TooHeavy", "TorqueOff", "Unreachable", "View", "ViewerMissing", "Violation",
+    "Wrong", "WrongServo",
     "fk", "frames", "ik", "ik_batch", "jacobian", "pose", "solve_ik",
 ]  # fmt: skip
 

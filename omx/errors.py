@@ -322,6 +322,17 @@ class OutOfBounds(OmxError):
         super().__init__(f"the push ended, and the arm holds in position mode: {reason}")
 
 
+class ObjectLost(OmxError):
+    """The gripper held something and holds it no more. `before` and `now` are the openings of its pads (mm)."""
+
+    def __init__(self, before: float, now: float):
+        self.before, self.now = before, now
+        super().__init__(
+            f"the gripper has lost what it held: its pads were {before:.1f} mm apart and are {now:.1f} mm. The arm "
+            "holds. Grip it again, with more force if it slipped."
+        )
+
+
 class ServoLost(BusTimeout):
     """Servos that answered before have gone for good: `missing`; `answered` are still there, and hold."""
 

@@ -107,8 +107,8 @@ def test_a_guard_refuses_settings_that_it_cannot_keep(settings):
 
 def test_the_push_that_a_hand_may_feel_is_the_one_that_the_docstring_states():
     assert Guard().push() == pytest.approx(2.1, abs=0.05)
-    assert Guard().push(100) > Guard().push()
-    assert Guard(speed_cap=4.8).push(500) == STALL_TORQUE
+    assert Guard(payload_g=100).push() > Guard().push()
+    assert Guard(speed_cap=4.8, payload_g=500).push() == STALL_TORQUE
 
 
 def test_a_joint_that_pushes_without_moving_is_found():

@@ -7,8 +7,9 @@ thread waits for a motion to end. Whatever sends a goal passes `_send`, the last
 import contextlib
 import logging
 import math
+from dataclasses import replace
 
-from ...arm import ARM_IDS, ARRIVED, GRIPPER_ID, IDLE_S, JOINT_IDS, PARK_SPEED, SLOW, STALL_MA, STALL_TORQUE
+from ...arm import ARM_IDS, ARRIVED, GRIP_FORCE, GRIPPER_ID, IDLE_S, JOINT_IDS, PARK_SPEED, SLOW, STALL_MA, STALL_TORQUE
 from ...arrays import as_rows
 from ...errors import (
     BadInput,
@@ -17,6 +18,7 @@ from ...errors import (
     BusTimeout,
     NotArrived,
     NotReady,
+    ObjectLost,
     OmxError,
     PortLost,
     ServoLost,
@@ -33,6 +35,7 @@ from ..safety import RAMP, Guard
 from . import gate
 from .brake import Brake
 from .discovery import Condition, look_over
+from .gripper import Gripper
 from .monitor import Monitor, Reading
 from .servo_group import HOLD_SLACK, JOINTS, MODES, Servos, again
 from .watch import Watch
@@ -66,10 +69,11 @@ class Driver:
             raise NotReady(bus.name, self.condition.problems)
         at = self.condition.registers
         limits = {servo: (at[servo]["min_position_limit"], at[servo]["max_position_limit"]) for servo in at}
-        push = round(self.guard.push() / STALL_TORQUE * reg.REGISTERS["goal_pwm"].high)
-        self.servos = Servos(bus, limits, {servo: min(push, at[servo]["pwm_limit"]) for servo in JOINT_IDS})
+        self._pwm_limits = {servo: at[servo]["pwm_limit"] for servo in JOINT_IDS}
+        self.servos = Servos(bus, limits, self._pwm())
         self.monitor = Monitor(bus)
         self.brake = Brake(self.servos, self.monitor)
+        self.gripper = Gripper(self.servos)
         self.trouble: OmxError | None = None  # what the watch met, until somebody asks
         self.idle_s, self.asked_at = idle_s, self.clock.now()
         self.busy = False  # in the middle of something that the watch must not come between
@@ -87,6 +91,18 @@ class Driver:
             self._watch.begin()
 
     # ---- setting up ----
+
+    def _pwm(self) -> dict[int, int]:
+        """How much of its power (raw) each joint may use."""
+        push = round(self.guard.push() / STALL_TORQUE * reg.REGISTERS["goal_pwm"].high)
+        return {servo: min(push, most) for servo, most in self._pwm_limits.items()}
+
+    def carry(self, payload_g: float) -> None:
+        """From now on the gripper carries `payload_g` (g): joints may push so much harder, and not stretch as far."""
+        self.guard = replace(self.guard, payload_g=payload_g)
+        self.servos.pwm = self._pwm()
+        if self.torque:
+            self.servos.put_all(reg.block("goal_pwm"), {servo: (most,) for servo, most in self.servos.pwm.items()})
 
     def torque_on(self) -> None:
         """Set every servo up and switch it on where it stands: the goal becomes the present position first."""
@@ -185,7 +201,7 @@ class Driver:
         return reading
 
     def _judge(self, reading: Reading) -> None:
-        wrong = self.monitor.stall(reading)
+        wrong = self.monitor.stall(reading, self.guard.payload_g)
         if self.pushing and not wrong:
             if self.clock.now() >= self._until:
                 self.halt()
@@ -199,14 +215,14 @@ class Driver:
                 self.brake.latch(f"joint {wrong.joint} pushed on something")
             raise wrong
 
-    def _health(self) -> NotReady | None:
-        wrong = self.monitor.health()
+    def _health(self) -> NotReady | ObjectLost | None:
+        wrong = self.monitor.health() or self.gripper.lost()
         for warning in self.monitor.new_warnings:
             _log.warning("%s", warning)
         self.monitor.new_warnings.clear()
-        if self._folding:  # the motors are about to go off, which helps best
+        if self._folding and isinstance(wrong, NotReady):  # the motors are about to go off, which helps best
             wrong = None
-        self.hot = bool(wrong)
+        self.hot = isinstance(wrong, NotReady)
         if not wrong:
             self._check_torque()
         return wrong
@@ -506,29 +522,21 @@ class Driver:
 
     # ---- gripper ----
 
-    def grip(self, servo_angle: float, seconds: float = 0.7) -> None:
-        """Turn the gripper's servo to `servo_angle` (rad; negative opens), whichever way its drive mode counts."""
+    def grip(self, servo_angle: float, force: float = GRIP_FORCE, seconds: float = 0.7) -> None:
+        """Turn the gripper's servo to `servo_angle` (rad; negative opens), pressing with at most `force` (N).
+
+        It goes on pressing. Does not wait. Raises `TorqueOff`, `Stopped`, `NotReady` without a gripper.
+        """
         self.brake.refuse_if_latched()
         self.asked_at = self.clock.now()
         if not self.condition.has_gripper:
             raise NotReady(self.bus.name, ["no gripper: servo 15 does not answer"])
-        servo = GRIPPER_ID
-        if self.torque and not self.servos.get(servo, "torque_enable"):
-            self._gripper_off()
-        self.servos.slow(servo, seconds)
-        self.servos.put(servo, "goal_position", units.POSITION.raw(self._gripper_sense() * servo_angle))
-
-    def _gripper_off(self) -> None:
-        again(self.bus.check_hardware, [GRIPPER_ID])
-        self._restarted([GRIPPER_ID])
-
-    def gripper(self) -> float:
-        """The angle of the gripper's servo (rad; negative is open)."""
-        raw = self.servos.get(GRIPPER_ID, "present_position")
-        return self._gripper_sense() * units.POSITION.value(raw)
-
-    def _gripper_sense(self) -> int:
-        return -1 if self.servos.get(GRIPPER_ID, "drive_mode") & reg.DRIVE_REVERSE else 1
+        if not self.torque:
+            raise TorqueOff
+        if not self.servos.get(GRIPPER_ID, "torque_enable"):
+            again(self.bus.check_hardware, [GRIPPER_ID])
+            self._restarted([GRIPPER_ID])
+        self.gripper.close_to(servo_angle, force, seconds)
 
     # ---- small parts ----
 

@@ -3,8 +3,9 @@
 import math
 from typing import NamedTuple
 
-from ...arm import JOINT_IDS, STALL_MA
+from ...arm import JOINT_IDS
 from ...errors import NotReady, OmxError, OutOfBounds, Stalled
+from .. import gravity
 from ..conditions import HEALTH, judge
 from ..dynamixel import registers as reg
 from ..dynamixel import units
@@ -62,9 +63,10 @@ class Monitor:
         """True if a joint's last answer said that it has a hardware error."""
         return bool(self.bus.alerts & set(JOINT_IDS))
 
-    def stall(self, reading: Reading) -> Stalled | None:
-        """The joint that has been pushing on something for `STALL_S`, if one has."""
-        now, stuck = self.bus.clock.now(), set(stalled(reading.current, reading.speed, STALL_MA))
+    def stall(self, reading: Reading, payload_g: float = 0.0) -> Stalled | None:
+        """The joint that has been pushing on something for `STALL_S`, if one has; the weight it carries is nothing."""
+        weights = (gravity.holding_currents(reading.q, grams) for grams in (0.0, payload_g))
+        now, stuck = self.bus.clock.now(), set(stalled(reading.current, reading.speed, *weights))
         self._stall_since = {joint: self._stall_since.get(joint, now) for joint in stuck}
         for joint, since in self._stall_since.items():
             if now - since >= STALL_S:

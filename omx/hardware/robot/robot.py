@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ...arm import CLOSED_DEG, HOME, IDLE_S, OPEN_DEG
+from ...arm import CLOSED_DEG, GRIP_FORCE, HOME, IDLE_S, OPEN_DEG
 from ...dh import Chain, DHRow
 from ...errors import BadInput, OmxError
 from ...geometry import COURSE, Geometry
@@ -20,6 +20,7 @@ from ..simulator import VirtualArm, VirtualPort
 from . import shutdown, streaming
 from .discovery import open_bus
 from .driver import Driver, Reading
+from .gripper import Grip
 
 _log = logging.getLogger("omx.robot")
 
@@ -41,14 +42,16 @@ class Robot:
     on, until you call something that says so. Use it in a `with` block: at its end, and after an error, the arm holds,
     parks, and only then lets go; after a stop, a stall or an interrupt it holds, and a sentence says how to go on.
 
-    `guard`: limits, table and speed cap. `idle_s`: an arm that nobody has asked for anything for so long parks; None:
-    never. What is worth knowing is said by the logger "omx.robot", in a notebook below the cell.
-    `clock`: time of the virtual arm. Left out, it moves only when somebody waits for it, and in real time once a `RobotPanel` looks on; `Clock(10)` is ten times as fast.
+    `guard`: limits, table, speed cap and payload. `payload_g`: what the gripper carries from the start, without a guard
+    of your own. `idle_s`: an arm that nobody has asked for anything for so long parks; None: never. `clock`: time of
+    the virtual arm. Left out, it moves only when somebody waits for it, and in real time once a `RobotPanel` looks on;
+    `Clock(10)` is ten times as fast. What is worth knowing is said by the logger "omx.robot", in a notebook below the
+    cell.
     Raises `NotReady` with everything that is wrong, or a `PortError`.
     """
 
     def __init__(self, port=None, *, geometry: Geometry = COURSE, guard: Guard | None = None, clock=None,
-                 idle_s: float | None = IDLE_S):  # fmt: skip
+                 idle_s: float | None = IDLE_S, payload_g: float = 0.0):  # fmt: skip
         self.geometry = geometry
         self.arm: VirtualArm | None = None
         if port is None:
@@ -57,7 +60,7 @@ class Robot:
         self.bus: Bus = open_bus(port) if isinstance(port, str) else Bus(port)
         self._seconds: float | None = None
         try:
-            self.driver = Driver(self.bus, guard or Guard(geometry=geometry), idle_s=idle_s)
+            self.driver = Driver(self.bus, guard or Guard(geometry=geometry, payload_g=payload_g), idle_s=idle_s)
         except BaseException:
             self.bus.close()
             raise
@@ -112,13 +115,13 @@ class Robot:
         """Angles (deg), velocities (deg/s) and currents (mA) now: (3, 4), one transaction on the bus."""
         return _in_degrees(self.driver.read())
 
-    def write_gripper(self, opened: bool) -> None:
-        """Open (True) or close (False) the gripper."""
-        self.driver.grip(math.radians(OPEN_DEG if opened else CLOSED_DEG))
+    def write_gripper(self, opened: bool, force: float = GRIP_FORCE) -> None:
+        """Open (True) or close (False) the gripper, and return at once. It presses with at most `force` (N)."""
+        self.driver.grip(math.radians(OPEN_DEG if opened else CLOSED_DEG), force)
 
     def read_gripper(self) -> float:
         """The gripper's servo in degrees: -45 is open, +45 closed."""
-        return math.degrees(self.driver.gripper())
+        return math.degrees(self.driver.gripper.look().angle)
 
     def write_mode(self, mode: str) -> None:
         """What is commanded: "position" (the default), "velocity" or "current". The arm comes to rest and holds."""
@@ -198,6 +201,31 @@ class Robot:
         q = solve_ik(target, self.driver.read().q, self.geometry, self.driver.guard.soft_limits)
         sent, _ = self.driver.command(q.q, seconds)
         return _in_degrees(self.driver.arrive(sent))
+
+    def grip(self, force: float = GRIP_FORCE, payload_g: float | None = None) -> Grip:
+        """Close the gripper on something, wait until its fingers stand, and tell what they hold.
+
+        `force` (N) is what either pad presses with, for as long as you like; rubber carries about its weight. With
+        `payload_g` the arm counts on that weight from now on, if there is something. What slips out later makes the
+        arm hold, and raises `ObjectLost`.
+        """
+        self.write_gripper(False, force)
+        found = self.driver.gripper.settle()
+        if payload_g is not None and found.holding:
+            self.driver.carry(payload_g)
+        return found
+
+    def release(self) -> Grip:
+        """Open the gripper and wait; whatever it carried is gone."""
+        self.write_gripper(True)
+        found = self.driver.gripper.settle()
+        self.driver.carry(0.0)
+        return found
+
+    @property
+    def holding(self) -> bool:
+        """True while the gripper holds something between its fingers."""
+        return self.driver.gripper.look().holding
 
     def follow(self, trajectory, rate: float = 50.0, each: Callable[[Reading, float], None] | None = None) -> None:
         """Run an `omx.motion.Trajectory`: the next waypoint is sent `rate` times a second, two periods ahead.

@@ -112,7 +112,11 @@ class Servos:
             self.put_all(reg.block("goal_pwm"), pushes)
 
     def _wanted(self, servo: int, drive: int, mode: str) -> tuple[int, int]:
-        """Drive mode and operating mode: time-based profiles; only the gripper may count backwards."""
+        """Drive mode and operating mode: time-based profiles; only the gripper may count backwards.
+
+        It holds its position with no more current than it is given, so that it can press on something for good.
+        """
+        mode = "current_position" if servo == GRIPPER_ID else mode
         reverse = drive & reg.DRIVE_REVERSE if servo == GRIPPER_ID else 0
         return reg.DRIVE_TIME_BASED | reverse, reg.MODES[mode]
 

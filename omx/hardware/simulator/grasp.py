@@ -6,8 +6,6 @@ from math import isfinite
 from ...arm import FINGER_PER_RAD, GRAVITY, OPENING_AT_ZERO
 from ...errors import BadInput
 
-#: Torque (Nm) at the gripper's servo for each N with which either pad presses: the pads close by 23 mm a rad.
-TORQUE_PER_N = 2 * -FINGER_PER_RAD / 1000
 #: How much of the pads' pressure carries weight: rubber on wood, paper or most plastics, on the safe side.
 MU = 0.5
 

@@ -7,13 +7,13 @@ fixed grid that begins at 0, so it does not depend on how often anyone asked.
 import threading
 from math import ceil, degrees, isfinite, pi, radians
 
-from ...arm import ARM_IDS, FINGER_PER_RAD, FINGERS, HOME, OPENING_AT_ZERO, STOPS, SUPPLY_VOLTS
+from ...arm import ARM_IDS, FINGER_PER_RAD, FINGERS, GRIP_TORQUE_PER_N, HOME, OPENING_AT_ZERO, STOPS, SUPPLY_VOLTS
 from ...errors import BadInput
 from .. import gravity
 from ..dynamixel import registers as reg
 from .encoder import Encoder
 from .faults import Faults
-from .grasp import TORQUE_PER_N, Grasped
+from .grasp import Grasped
 from .joint import Joint
 from .servo import Servo
 from .servo_chain import Line
@@ -237,7 +237,7 @@ class VirtualArm:
             self.disturb()
             return 0.0, 0.0
         it.carried = force > 0 and not it.slips(force)
-        return force * TORQUE_PER_N, it.mass_g if it.carried else 0.0
+        return force * GRIP_TORQUE_PER_N, it.mass_g if it.carried else 0.0
 
     def _rest_on_table(self, drives):
         """A limp arm falls until it lies on the table."""

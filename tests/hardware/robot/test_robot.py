@@ -200,7 +200,7 @@ def test_the_gripper_opens_and_closes_whichever_way_its_servo_counts():
         driver.grip(math.radians(-45))
         driver.clock.sleep(1.0)
         opened = arm.opening
-        assert driver.gripper() == pytest.approx(math.radians(-45), abs=0.02)
+        assert driver.gripper.look().angle == pytest.approx(math.radians(-45), abs=0.02)
         driver.grip(math.radians(45))
         driver.clock.sleep(1.0)
         assert opened - arm.opening > 20
