@@ -49,6 +49,10 @@ BASE_OFFSET = 12.0
 FINGERS, FINGER_PER_RAD = (-10.0, 19.0), -11.5
 #: The gap (mm) between the pads at servo angle 0.
 OPENING_AT_ZERO = 42.0
+#: Torque (Nm) at the gripper's servo for each N with which either pad presses: the pads close by 23 mm a rad.
+GRIP_TORQUE_PER_N = 2 * -FINGER_PER_RAD / 1000
+#: How hard (N) the gripper may press, and how hard it does unless told otherwise: enough for the payload on rubber.
+GRIP_FORCES, GRIP_FORCE = (2.0, 40.0), 10.0
 #: The gripper's servo (deg): where the course opens and closes it.
 OPEN_DEG, CLOSED_DEG = -45.0, 45.0
 
@@ -61,6 +65,9 @@ GRAVITY = 9.81  # m/s^2
 UPPER_ARM = (0.1385, (13.0, 106.0))
 FOREARM = (0.1327, (105.0, 0.0))
 WRIST = (0.1433, (55.0, 0.0))
+
+#: The most torque (Nm) that gravity puts on a joint: on joint 2, with the bare arm stretched out level.
+HOLDING_TORQUE = 0.89
 
 # ---- servos ----
 
@@ -90,7 +97,11 @@ SOFT_MARGIN = radians(2.0)
 SPEED_CAP = radians(60.0)
 #: The speeds (rad/s) of parking, and of the way back from outside the limits.
 PARK_SPEED, SLOW = radians(30.0), radians(10.0)
-#: The most current (mA) that a joint may need to hold what it carries: a servo that does so for good warms to 53 deg C.
-HOLDING_MA = 900.0
+#: How far (rad) a joint may stay from its goal for the arm to have arrived: the sag under the largest payload.
+ARRIVED = radians(4.0)
+#: Seconds without a command after which an arm that holds folds itself and switches off.
+IDLE_S = 900.0
+#: The most current (mA) that a joint may need to hold what it carries: a servo that does so for good warms to 57 deg C.
+HOLDING_MA = 950.0
 #: More current (mA) than this in a joint that does not move: it pushes on something.
 STALL_MA = 500.0

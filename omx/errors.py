@@ -323,10 +323,11 @@ class NotReady(OmxError):
 
 
 class Stopped(OmxError):
-    """The stop button was pressed; the arm holds. `resume()` allows commands again."""
+    """The arm was stopped and holds; `why` in a few words. `resume()` allows commands again."""
 
-    def __init__(self):
-        super().__init__("stopped: the arm holds. `robot.resume()` allows commands again.")
+    def __init__(self, why: str = "stopped"):
+        self.why = why
+        super().__init__(f"{why}: the arm holds. `robot.resume()` allows commands again.")
 
 
 class TorqueOff(OmxError):
@@ -343,7 +344,37 @@ class Stalled(OmxError):
         self.joint, self.current = joint, current
         super().__init__(
             f"joint {joint} is pushing on something ({abs(current):.0f} mA) and does not move. The arm holds. "
-            "Take away what is in its way, then move on."
+            "Take away what is in its way; `robot.resume()` allows commands again."
+        )
+
+
+class NotArrived(OmxError):
+    """The time of a move is over, and joint `joint` (1 .. 4) is `gap` (rad) from where it was sent: the arm holds."""
+
+    def __init__(self, joint: int, gap: float, cause: str):
+        self.joint, self.gap, self.cause = joint, gap, cause
+        super().__init__(
+            f"joint {joint} is {math.degrees(abs(gap)):.1f} deg from where it was sent, and its time is over. The arm "
+            f"holds. Likely: {cause}."
+        )
+
+
+class OutOfBounds(OmxError):
+    """An arm that is pushed, in current mode, came too near a limit or the table; it holds, in position mode."""
+
+    def __init__(self, reason: OmxError):
+        self.reason = reason
+        super().__init__(f"the push ended, and the arm holds in position mode: {reason}")
+
+
+class ObjectLost(OmxError):
+    """The gripper held something and holds it no more. `before` and `now` are the openings of its pads (mm)."""
+
+    def __init__(self, before: float, now: float):
+        self.before, self.now = before, now
+        super().__init__(
+            f"the gripper has lost what it held: its pads were {before:.1f} mm apart and are {now:.1f} mm. The arm "
+            "holds. Grip it again, with more force if it slipped."
         )
 
 
