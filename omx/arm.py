@@ -3,7 +3,7 @@
 Data only; lengths in mm, angles in rad, masses in kg. What is not the maker's has its reason beside it.
 """
 
-from math import atan2, hypot, pi, radians
+from math import asin, atan2, hypot, pi, radians
 
 # ---- joints and named poses ----
 
@@ -34,6 +34,9 @@ HOME = (0.0, -1.05, 0.35, 0.70)
 #: Where the arm lies when it is parked, folded together: least to fall when the torque goes off. Check it on yours.
 REST = (0.0, -1.45, 1.32, 0.2)
 
+#: The lengths of the course's drawing, for which the text, the labs' points and the printed tables are made.
+COURSE_LENGTHS = {"L1": 77.0, "L2": 130.0, "L3": 124.0, "L4": 126.0, "delta": asin(24 / 130)}
+
 #: What differs in the maker's URDF: a shoulder 0.5 mm lower, and an upper arm that is 128 up and 24 forward.
 MAKER_LENGTHS = {"L1": 76.5, "L2": hypot(128, 24), "delta": atan2(24, 128)}
 
@@ -46,6 +49,10 @@ BASE_OFFSET = 12.0
 FINGERS, FINGER_PER_RAD = (-10.0, 19.0), -11.5
 #: The gap (mm) between the pads at servo angle 0.
 OPENING_AT_ZERO = 42.0
+#: Torque (Nm) at the gripper's servo for each N with which either pad presses: the pads close by 23 mm a rad.
+GRIP_TORQUE_PER_N = 2 * -FINGER_PER_RAD / 1000
+#: How hard (N) the gripper may press, and how hard it does unless told otherwise: enough for the payload on rubber.
+GRIP_FORCES, GRIP_FORCE = (2.0, 40.0), 10.0
 #: The gripper's servo (deg): where the course opens and closes it.
 OPEN_DEG, CLOSED_DEG = -45.0, 45.0
 
@@ -58,6 +65,9 @@ GRAVITY = 9.81  # m/s^2
 UPPER_ARM = (0.1385, (13.0, 106.0))
 FOREARM = (0.1327, (105.0, 0.0))
 WRIST = (0.1433, (55.0, 0.0))
+
+#: The most torque (Nm) that gravity puts on a joint: on joint 2, with the bare arm stretched out level.
+HOLDING_TORQUE = 0.89
 
 # ---- servos ----
 
@@ -87,7 +97,11 @@ SOFT_MARGIN = radians(2.0)
 SPEED_CAP = radians(60.0)
 #: The speeds (rad/s) of parking, and of the way back from outside the limits.
 PARK_SPEED, SLOW = radians(30.0), radians(10.0)
-#: The most current (mA) that a joint may need to hold what it carries: a servo that does so for good warms to 53 deg C.
-HOLDING_MA = 900.0
+#: How far (rad) a joint may stay from its goal for the arm to have arrived: the sag under the largest payload.
+ARRIVED = radians(4.0)
+#: Seconds without a command after which an arm that holds folds itself and switches off.
+IDLE_S = 900.0
+#: The most current (mA) that a joint may need to hold what it carries: a servo that does so for good warms to 57 deg C.
+HOLDING_MA = 950.0
 #: More current (mA) than this in a joint that does not move: it pushes on something.
 STALL_MA = 500.0

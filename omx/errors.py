@@ -1,14 +1,39 @@
 """What can go wrong, by name. Every error holds its data; every message says what to do next."""
 
 import math
+import os
+import sys
+import traceback
 from typing import NamedTuple
+
+#: The folder of this package, whose lines teach a reader nothing.
+_HOME = os.path.dirname(os.path.realpath(__file__)) + os.sep
 
 
 class OmxError(Exception):
-    """The parent of every error that `omx` raises on purpose. Copies and pickles with its message and all its data."""
+    """The parent of every error that `omx` raises on purpose. Copies and pickles with its message and all its data.
+
+    `note` is what a notebook shows after every message.
+    """
+
+    note = ""
 
     def __reduce__(self):
         return _restored, (type(self), self.args, self.__dict__)
+
+    def _render_traceback_(self) -> list[str]:
+        """What a notebook shows: the reader's own lines and the sentence, nothing of ours between them."""
+        frames = traceback.extract_tb(self.__traceback__)
+        theirs = [
+            frame
+            for frame in frames
+            if not os.path.realpath(frame.filename).startswith((_HOME, sys.prefix, sys.base_prefix))
+        ]
+        return [f"line {frame.lineno}: {frame.line}" for frame in theirs] + _noted(f"{type(self).__name__}: {self}")
+
+
+def _noted(message: str) -> list[str]:
+    return [message, OmxError.note] if OmxError.note else [message]
 
 
 def _restored(kind: type, args: tuple, data: dict):
@@ -269,7 +294,7 @@ class Wrong(OmxError, AssertionError):
 
     def _render_traceback_(self) -> list[str]:
         """What a notebook shows: the message alone, since the traceback is ours and teaches nothing."""
-        return [f"Not yet. {self}"]
+        return _noted(f"Not yet. {self}")
 
 
 class ViewerMissing(OmxError):
@@ -298,10 +323,11 @@ class NotReady(OmxError):
 
 
 class Stopped(OmxError):
-    """The stop button was pressed; the arm holds. `resume()` allows commands again."""
+    """The arm was stopped and holds; `why` in a few words. `resume()` allows commands again."""
 
-    def __init__(self):
-        super().__init__("stopped: the arm holds. `robot.resume()` allows commands again.")
+    def __init__(self, why: str = "stopped"):
+        self.why = why
+        super().__init__(f"{why}: the arm holds. `robot.resume()` allows commands again.")
 
 
 class TorqueOff(OmxError):
@@ -318,7 +344,37 @@ class Stalled(OmxError):
         self.joint, self.current = joint, current
         super().__init__(
             f"joint {joint} is pushing on something ({abs(current):.0f} mA) and does not move. The arm holds. "
-            "Take away what is in its way, then move on."
+            "Take away what is in its way; `robot.resume()` allows commands again."
+        )
+
+
+class NotArrived(OmxError):
+    """The time of a move is over, and joint `joint` (1 .. 4) is `gap` (rad) from where it was sent: the arm holds."""
+
+    def __init__(self, joint: int, gap: float, cause: str):
+        self.joint, self.gap, self.cause = joint, gap, cause
+        super().__init__(
+            f"joint {joint} is {math.degrees(abs(gap)):.1f} deg from where it was sent, and its time is over. The arm "
+            f"holds. Likely: {cause}."
+        )
+
+
+class OutOfBounds(OmxError):
+    """An arm that is pushed, in current mode, came too near a limit or the table; it holds, in position mode."""
+
+    def __init__(self, reason: OmxError):
+        self.reason = reason
+        super().__init__(f"the push ended, and the arm holds in position mode: {reason}")
+
+
+class ObjectLost(OmxError):
+    """The gripper held something and holds it no more. `before` and `now` are the openings of its pads (mm)."""
+
+    def __init__(self, before: float, now: float):
+        self.before, self.now = before, now
+        super().__init__(
+            f"the gripper has lost what it held: its pads were {before:.1f} mm apart and are {now:.1f} mm. The arm "
+            "holds. Grip it again, with more force if it slipped."
         )
 
 

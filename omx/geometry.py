@@ -1,11 +1,12 @@
 """The arm's lengths by name, and its chain. Chapter 03 derives and writes the DH table."""
 
 from functools import cached_property
+from math import isclose, nan
 
-from .arm import LIMITS, MAKER_LENGTHS
+from .arm import COURSE_LENGTHS, LIMITS, MAKER_LENGTHS
 from .arrays import as_number, shown
 from .dh import Chain
-from .errors import BadInput
+from .errors import BadInput, OmxError
 from .generated import fk as _fk
 
 
@@ -81,3 +82,31 @@ COURSE.__dict__["shown"] = "omx.COURSE"
 
 #: The maker's lengths. A reader's own table may do without some of them: it must not stop `import omx`.
 MAKER = COURSE.replace("maker", **{key: value for key, value in MAKER_LENGTHS.items() if key in _fk.PARAMETERS})
+
+
+def _differences() -> str:
+    """What chapter 03 has been given instead of the course's lengths, in words; '' for the course's own."""
+    values = COURSE._lengths
+    return ", ".join(
+        f"{key} = {values[key]:g} instead of {course:.6g}" if key in values else f"no {key}"
+        for key, course in COURSE_LENGTHS.items()
+        if not isclose(values.get(key, nan), course, abs_tol=1e-9)
+    )
+
+
+#: What every error of ours ends with in a notebook whose arm is not the course's.
+OmxError.note = (
+    f"(Your arm is not the course's: {found}. The points and numbers of the text are made for the course's.)"
+    if (found := _differences())
+    else ""
+)
+
+
+def other_arm() -> bool:
+    """Has chapter 03 written another arm than the course's? Then say that what the text claims need not hold for it.
+
+    For claims: `assert x < 1 or omx.other_arm()`.
+    """
+    if OmxError.note:
+        print("This comparison is the course's arm's alone, and does not hold here.", OmxError.note)
+    return bool(OmxError.note)

@@ -6,6 +6,7 @@ the last link above the horizontal, -(q2 + q3 + q4). Derived in chapters 03 to 0
 
 import warnings
 from math import nan, pi, remainder, tau
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -409,3 +410,36 @@ def _jacobian_agrees(fk, jacobian, values) -> bool:
         if any(abs((a - b) / (2 * _STEP) - J[i][j]) > 1e-3 for i, (a, b) in enumerate(ends)):
             return False
     return True
+
+
+# ---- has a chapter written another arm since? ----
+
+
+def _on_disk() -> dict[str, bytes | None]:
+    """The generated modules as files: name -> bytes, None where one is gone."""
+    found = {}
+    for module in (_fk, _ik, _jacobian):
+        path = Path(module.__file__)
+        found[path.stem] = path.read_bytes() if path.exists() else None
+    return found
+
+
+_IMPORTED = _on_disk()
+_TOLD: dict[str, bytes | None] = {}
+
+
+def replaced() -> list[str]:
+    """The generated modules that are not on disk any more as this Python has imported them."""
+    return [name for name, text in _on_disk().items() if text != _IMPORTED[name]]
+
+
+def warn_if_replaced() -> None:
+    """Say that this notebook still has the old arm, once for each time that a chapter writes another one."""
+    names = replaced()
+    if names and _on_disk() != _TOLD:
+        _TOLD.update(_on_disk())
+        warnings.warn(
+            f"omx.generated.{' and '.join(names)} was written anew after this notebook had imported it, so you still "
+            "see the old arm here. Choose Kernel > Restart Kernel, then run the cells again.",
+            stacklevel=3,
+        )

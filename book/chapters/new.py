@@ -7,11 +7,15 @@ from book.chapters import normalise
 from book.chapters.execute import execute
 from book.setup.paths import NOTEBOOKS, ROOT, Stop
 
+#: A question about an earlier chapter, its answer closed.
+RECALL = "**{}.** «A question.»\n\n<details><summary>Answer</summary>\n\n«Its answer.»\n\n</details>"
+
 #: The cells of a skeleton: (kind, text, tags). What stands in «...» is the author's to fill; the lint finds the rest.
 SKELETON = (
     ("markdown", "# {title}\n\n«One sentence that makes a student want to know.»", ()),
     ("markdown", "You will be able to\n\n- «derive ...»,\n- «compute ...»,\n- «decide ...».", ()),
     ("code", "import numpy as np\n\nimport omx\nfrom omx import View, check", ()),
+    ("markdown", "## Before you begin\n\n" + "\n\n".join(RECALL.format(number) for number in (1, 2, 3)), ("recall",)),
     ("markdown", "## «The idea»\n\n«Say it in words, then derive it, then show it in a small cell.»", ()),
     ("code", 'tip = omx.pose(omx.HOME)\nprint(f"x = {{tip.x:.1f}} mm, z = {{tip.z:.1f}} mm")\nassert tip.x > 0', ()),
     ("markdown", "«Read the number back, with its unit.»", ()),
@@ -21,7 +25,8 @@ SKELETON = (
     ("markdown", "## On the arm\n\n«The same on the virtual arm, or on yours.»", ("on-the-arm",)),
     ("markdown", "## Summary\n\n- «The one idea.»", ()),
     ("markdown", "## Exercises", ()),
-    ("markdown", "### Exercise {number}.1: «its name»\n\n«The task.»\n\n**Hint:** «a step, no answer.»", ("exercise",)),
+    ("markdown", "### Exercise {number}.1: «its name»\n\n*Difficulty 2 of 5, about 10 minutes.*\n\n"
+     "«The task.»\n\n**Hint:** «a step, no answer.»", ("exercise",)),
     ("code", "reach = float(np.hypot(*omx.pose(omx.HOME)[:2]))", ("solution",)),
     ("code", 'check.value(reach, omx.pose(omx.HOME).x, "the reach", "mm")', ("check",)),
 )  # fmt: skip

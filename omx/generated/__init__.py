@@ -13,7 +13,7 @@ CHAPTERS = {
     "fk": "03-forward-kinematics",
     "ik": "04-inverse-kinematics",
     "jacobian": "05-jacobian",
-    "polynomials": "11-workspace",
+    "polynomials": "15-very-many-poses",
 }
 
 #: What the small module calls in each of them.

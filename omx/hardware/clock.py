@@ -1,9 +1,11 @@
 """The time a port lives in: a wall clock for the real arm; real, scaled or stepped time for the virtual one."""
 
+import heapq
+import itertools
 import math
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from ..errors import BadInput
 
@@ -26,6 +28,12 @@ class Clock:
         if seconds > 0:
             time.sleep(seconds / self.scale)
 
+    def later(self, seconds: float, action: Callable[[], None]) -> None:
+        """Call `action()` in `seconds`, in a thread of its own; the end of the program does not wait for it."""
+        timer = threading.Timer(max(seconds, 0.0) / self.scale, action)
+        timer.name, timer.daemon = "omx alarm", True
+        timer.start()
+
 
 class SteppedClock:
     """A clock that moves only when someone sleeps on it: the same run gives the same times, at any speed."""
@@ -34,23 +42,48 @@ class SteppedClock:
         self._slept = 0.0
         self._running: Clock | None = None
         self._lock = threading.Lock()
+        self._alarms: list[tuple[float, int, Callable[[], None]]] = []
+        self._count = itertools.count()
 
     def run(self) -> None:
         """From now on go with the wall clock: somebody is watching."""
         with self._lock:
-            self._running = self._running or Clock()
+            if self._running is None:
+                now, self._running = self._slept, Clock()
+                for due, _, action in self._alarms:
+                    self._running.later(due - now, action)
 
     def now(self) -> float:
         """Seconds slept so far, and those since `run`."""
         return self._slept + (self._running.now() if self._running else 0.0)
 
     def sleep(self, seconds: float):
-        """Move the clock on by `seconds` at once; after `run`, wait for them."""
+        """Move the clock on by `seconds` at once; after `run`, wait for them. What is due on the way is done."""
         if self._running:
             self._running.sleep(seconds)
         elif seconds > 0:
+            end = self._slept + seconds
+            while action := self._next(end):
+                action()
             with self._lock:
-                self._slept += seconds
+                self._slept = max(self._slept, end)
+
+    def _next(self, end: float) -> Callable[[], None] | None:
+        """The next action that is due by `end`, the clock being at its moment."""
+        with self._lock:
+            if not self._alarms or self._alarms[0][0] > end:
+                return None
+            due, _, action = heapq.heappop(self._alarms)
+            self._slept = max(self._slept, due)
+            return action
+
+    def later(self, seconds: float, action: Callable[[], None]) -> None:
+        """Call `action()` in `seconds`: inside the `sleep` that passes that moment."""
+        if self._running:
+            self._running.later(seconds, action)
+        else:
+            with self._lock:
+                heapq.heappush(self._alarms, (self._slept + seconds, next(self._count), action))
 
 
 def ticks(seconds: float, rate: float, clock: Clock | None = None) -> Iterator[float]:

@@ -59,15 +59,15 @@ def payload(grams) -> float:
     return float(grams)
 
 
-def check_payload(way, payload_g: float) -> None:
+def check_payload(way, payload_g: float, start) -> None:
     """Raise `TooHeavy` if a joint could not hold `payload_g` for long somewhere on `way`, configurations (N, 4) in rad.
 
-    The limit is heat: a servo that holds `HOLDING_MA` for good warms to just under where the driver warns.
+    The limit is heat: a servo that holds `HOLDING_MA` for good warms to just under where the driver warns. An arm that
+    starts beyond it may go where it is less.
     """
-    for q in way:
-        empty, loaded = holding_currents(q), holding_currents(q, payload_g)
-        joint = max(range(4), key=lambda i: abs(loaded[i]))
-        if abs(loaded[joint]) > HOLDING_MA and payload_g:
-            each = (loaded[joint] - empty[joint]) / payload_g
-            most = (HOLDING_MA - abs(empty[joint])) / abs(each)
-            raise TooHeavy(joint + 1, abs(loaded[joint]), HOLDING_MA, payload_g, max(most, 0.0), tuple(map(float, q)))
+    most_mA = max(HOLDING_MA, *map(abs, holding_currents(start, payload_g)))
+    worst, joint, q = max((abs(mA), i, q) for q in way for i, mA in enumerate(holding_currents(q, payload_g)))
+    if worst > most_mA * (1 + 1e-9):
+        empty = abs(holding_currents(q)[joint])
+        most_g = (HOLDING_MA - empty) / (worst - empty) * payload_g
+        raise TooHeavy(joint + 1, worst, HOLDING_MA, payload_g, max(most_g, 0.0), q)

@@ -4,22 +4,36 @@ Every check either returns or raises: the reason, by how much, and the nearest c
 ever clamped in silence.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil, isfinite, radians
+from math import ceil, isfinite, pi, radians
+from numbers import Real
 
 import numpy as np
 
-from ..arm import LIMITS, SOFT_MARGIN, SPEED_CAP
-from ..arrays import as_four
+from ..arm import (
+    GRAVITY,
+    HOLDING_TORQUE,
+    LIMITS,
+    NO_LOAD_SPEED,
+    SOFT_MARGIN,
+    SPEED_CAP,
+    STALL_MA,
+    STALL_TORQUE,
+)
+from ..arrays import as_four, as_rows
 from ..collision import gaps
 from ..dh import clipped, limit_violations
 from ..errors import BadInput, Collision, JointLimit, TooFast
 from ..geometry import COURSE, Geometry
 from ..kinematics import JOINT_ANGLES
+from . import gravity
 
 #: A path is looked at every so far (rad) of the joint that turns most.
 STEP = radians(2.0)
+#: The share of its time in which a move speeds up, and that in which it slows down: a trapezoid.
+RAMP = 0.25
+#: Dry friction (Nm) in a joint, and how far (mm) a payload in the fingers is from the axis of joint 2.
+FRICTION, PAYLOAD_AT = 0.1, 380.0
 
 
 @dataclass(frozen=True)
@@ -27,7 +41,8 @@ class Guard:
     """The limits that one arm is driven within.
 
     `table`: the height (mm) of the table in the base frame, None for no table. `speed_cap` in rad/s. `margin`:
-    how far (rad) commands stay inside `limits`.
+    how far (rad) commands stay inside `limits`. `payload_g`: what the gripper carries (g). Raises `BadInput` for
+    settings that cannot be kept.
     """
 
     geometry: Geometry = COURSE
@@ -35,6 +50,29 @@ class Guard:
     margin: float = SOFT_MARGIN
     table: float | None = 0.0
     speed_cap: float = SPEED_CAP
+    payload_g: float = 0.0
+
+    def __post_init__(self):
+        limits = as_rows(self.limits, "limits", 2, "(low, high) a joint in rad").tolist()
+        if len(limits) != 4 or not all(-pi <= low < high <= pi for low, high in limits):
+            raise BadInput(f"`limits` must be four pairs (low, high) within -pi .. pi rad; got {limits}.")
+        object.__setattr__(self, "limits", tuple(map(tuple, limits)))
+        narrowest = min(high - low for low, high in limits)
+        if not _number(self.margin) or not 0 <= 2 * self.margin < narrowest:
+            raise BadInput(
+                f"`margin` must be 0 or more, in rad, and leave something of the narrowest limits "
+                f"({narrowest:.2f} rad); got {self.margin!r}."
+            )
+        if self.table is not None and not _number(self.table):
+            raise BadInput(f"`table` must be a height in mm, or None for no table; got {self.table!r}.")
+        if not _number(self.speed_cap) or not 0 < self.speed_cap <= NO_LOAD_SPEED:
+            raise BadInput(
+                f"`speed_cap` must be above 0 and at most {NO_LOAD_SPEED:.2f} rad/s, the motors' own speed; got "
+                f"{self.speed_cap!r}."
+            )
+        if not isinstance(self.geometry, Geometry):
+            raise BadInput(f"`geometry` must be a Geometry, such as omx.COURSE; got {self.geometry!r}.")
+        gravity.payload(self.payload_g)
 
     @property
     def soft_limits(self) -> tuple[tuple[float, float], ...]:
@@ -44,8 +82,8 @@ class Guard:
     def check(self, goal, start=None) -> tuple[float, float, float, float]:
         """`goal` (rad), checked by itself and, if `start` is given, all along the way that the joints take.
 
-        Raises `BadInput`, `JointLimit` or `Collision`. An arm that *starts* outside (moved by hand, say) may come
-        back in: then a joint, or the clearance, must only not get worse.
+        Raises `BadInput`, `JointLimit`, `Collision` or `TooHeavy`. An arm that *starts* outside (moved by hand, say)
+        may come back in: then a joint, the clearance or the load must only not get worse.
         """
         goal = as_four(goal, "goal", JOINT_ANGLES)
         if start is None:
@@ -64,21 +102,36 @@ class Guard:
             first = int(met.argmax())
             pair = int(found[:, first].argmin())
             raise Collision(*pairs[pair], -found[pair, first], way[first - 1].tolist() if first else start)
+        if self.payload_g:
+            gravity.check_payload(way.tolist(), self.payload_g, start)
         return goal
 
-    def seconds(self, start, goal, seconds: float | None = None) -> float:
-        """`seconds` for a move, or the fewest that the speed cap allows; raises `TooFast` where they are too few."""
+    def seconds(self, start, goal, seconds: float | None = None, ramp: float = RAMP) -> float:
+        """`seconds` for a move, or the fewest that the speed cap allows; raises `TooFast` where they are too few.
+
+        The cap is on the top of the trapezoid, not on its mean: 4/3 of that with ramps of a quarter.
+        """
         start, goal = as_four(start, "start", JOINT_ANGLES), as_four(goal, "goal", JOINT_ANGLES)
-        ways = [abs(b - a) for a, b in zip(start, goal, strict=True)]
+        ways = [abs(b - a) / (1 - ramp) for a, b in zip(start, goal, strict=True)]
         fewest = max(ways) / self.speed_cap
         if seconds is None:
             return fewest
-        if not (isfinite(seconds) and seconds > 0):
+        if not (_number(seconds) and seconds > 0):
             raise BadInput(f"`seconds` must be a positive number; got {seconds}.")
         if seconds < fewest * (1 - 1e-9):
             joint = ways.index(max(ways)) + 1
             raise TooFast(f"q{joint}", max(ways) / seconds, self.speed_cap, fewest)
         return seconds
+
+    def push(self) -> float:
+        """The torque (Nm) that a joint is allowed: enough to carry the arm and its payload at the cap, and a tenth.
+
+        With the default cap and no payload 2.1 Nm: a hand that stands in the way of the fingertips of the stretched
+        arm, 0.38 m from the axis, feels at most (2.1 + 0.9) Nm / 0.38 m = 8 N, the weight of the arm included; one
+        that is 0.1 m from an axis at most 30 N.
+        """
+        carried = HOLDING_TORQUE + self.payload_g * GRAVITY * PAYLOAD_AT * 1e-6
+        return min(1.1 * (carried + FRICTION + STALL_TORQUE / NO_LOAD_SPEED * self.speed_cap), STALL_TORQUE)
 
     def clearance(self, q) -> tuple[float, str, str]:
         """The smallest gap (mm; negative where parts overlap) and the names of the two parts it is between."""
@@ -87,10 +140,16 @@ class Guard:
         return float(found[nearest, 0]), *pairs[nearest]
 
 
-def stalled(current_mA: Sequence[float], speed: Sequence[float], threshold_mA: float = 500.0) -> list[int]:
-    """The joints (1..4) that push without moving: much current (mA) and hardly any speed (rad/s)."""
-    pairs = zip(current_mA, speed, strict=True)
-    return [i for i, (mA, v) in enumerate(pairs, start=1) if abs(mA) > threshold_mA and abs(v) < radians(2.0)]
+def stalled(current_mA, speed, *weights_mA) -> list[int]:
+    """The joints (1..4) that push without moving: hardly any speed (rad/s), and a current more than `STALL_MA` beyond
+    what each of the `weights_mA` asks for, such as those of the empty arm and of the loaded one.
+    """
+    joints = enumerate(zip(current_mA, speed, *(weights_mA or [(0.0,) * 4]), strict=True), start=1)
+    return [
+        i
+        for i, (mA, v, *weights) in joints
+        if abs(v) < radians(2.0) and not min(weights) - STALL_MA <= mA <= max(weights) + STALL_MA
+    ]
 
 
 def _way(start, goal) -> np.ndarray:
@@ -98,3 +157,7 @@ def _way(start, goal) -> np.ndarray:
     start, goal = np.array(start), np.array(goal)
     count = max(1, ceil(np.abs(goal - start).max() / STEP))
     return start + (goal - start) * np.arange(1, count + 1)[:, None] / count
+
+
+def _number(value) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool) and isfinite(value)

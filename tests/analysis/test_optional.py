@@ -4,7 +4,6 @@ Without a package index it cannot be made: then this is skipped, but on CI it fa
 """
 
 import contextlib
-import re
 import subprocess
 from xml.etree import ElementTree
 
@@ -76,14 +75,6 @@ def test_nothing_is_skipped_for_want_of_numba_or_dask(cases, capsys):
     ran = [name for name, why in cases.items() if why is None]
     with capsys.disabled():
         print(f"\nwith numba and dask: {len(ran)} tests passed, {len(cases) - len(ran)} had nothing to test")
-
-
-def test_each_way_of_computing_was_tried_as_often_as_the_others(cases):
-    """The same tests with numba, without it, and as plain Python; some have nothing to test without a compiler."""
-    ways = {way: {re.sub(r"\[\w+", "[", name) for name in cases if f"[{way}" in name} for way in ("numba", "python")}
-    assert len(ways["numba"]) > 30
-    assert ways["numba"] == ways["python"]
-    assert [name for name, why in cases.items() if "[numba" in name and why] == []
 
 
 def test_a_dask_cluster_counted(cases):

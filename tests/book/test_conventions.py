@@ -2,11 +2,13 @@
 
 import copy
 import json
+import re
 
 import pytest
 
 from book.chapters import lint, new, normalise
-from book.setup.paths import Stop
+from book.chapters.cells import source
+from book.setup.paths import ROOT, Stop
 from tests.helpers.chapter import chapter, code, markdown
 
 CHAPTERS = sorted(normalise.NOTEBOOKS.glob("*.ipynb"))
@@ -18,7 +20,7 @@ def test_chapter_keeps_the_conventions(path):
     assert not found, "\n".join(found)
 
 
-def problems(tmp_path, cells, name="07-scratch.ipynb"):
+def problems(tmp_path, cells, name="98-scratch.ipynb"):
     path = tmp_path / name
     normalise.write(path, normalise.normalise({"cells": cells, "nbformat": 4}))
     return lint.problems(path)
@@ -91,7 +93,7 @@ BROKEN = {
     "ends with 'solution'": added(markdown("**Exercise 9** Hint: no", tags=["exercise"]), code("1", tags=["solution"])),
     "no cell tagged 'predict'": metadata("**Predict**", tags=[]),
     "no cell tagged 'play'": metadata("**Play**", tags=[]),
-    "without alt text": added(markdown("![](07-scratch.ipynb)")),
+    "without alt text": added(markdown("![](98-scratch.ipynb)")),
     "has an <img> without alt text": added(markdown("<img src='a.png'>")),
     "points to 08-nowhere.ipynb": added(markdown("See [the next](08-nowhere.ipynb).")),
     "stores a warning": outputs(stream("careful\n", "stderr")),
@@ -118,7 +120,7 @@ def test_a_name_without_number_is_caught(tmp_path):
 
 
 def test_a_notebook_out_of_stored_form_is_caught(tmp_path):
-    path = tmp_path / "07-scratch.ipynb"
+    path = tmp_path / "98-scratch.ipynb"
     path.write_text(json.dumps(normalise.normalise({"cells": chapter(), "nbformat": 4})))
     assert "is not in stored form" in "\n".join(lint.problems(path))
 
@@ -203,3 +205,14 @@ def test_work_that_is_missing_is_named(old, new, message):
 def test_an_answer_in_words_needs_no_check_but_code_does():
     cells = a_working_chapter()
     assert "ends with 'solution'" in str(list(lint.exercises([*cells[:-1], code("x = 1", tags=["solution"])])))
+
+
+def test_the_course_plan_gives_the_exercises_their_time():
+    """Its table says how many exercises a chapter has, and how long they take together."""
+    plan = (ROOT / "book" / "teach" / "course.md").read_text(encoding="utf-8")
+    for path in CHAPTERS:
+        if path.name.startswith(lint.BROUGHT_UP):
+            text = "\n".join(source(cell) for cell in normalise.read(path)["cells"])
+            minutes = [int(m) for m in re.findall(r"^\*Difficulty \d of 5, about (\d+) minutes", text, re.M)]
+            row = rf"\| \[[^]]+\]\(../../notebooks/{path.name}\) \| \d+ \| {len(minutes)} \| {sum(minutes)} \|"
+            assert re.search(row, plan), f"{path.name}: {len(minutes)} exercises, {sum(minutes)} minutes"

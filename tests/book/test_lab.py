@@ -1,6 +1,7 @@
 """`run.py lab`, really: JupyterLab answers on 127.0.0.1 and nowhere else, and leaves no process behind."""
 
 import signal
+from pathlib import Path
 
 import psutil
 import pytest
@@ -42,7 +43,7 @@ def test_a_chapter_with_a_scene_opens_no_port(lab, kernel):
 
 def test_the_start_ends_with_the_chapters_address_and_how_to_stop(lab):
     lab.log.flush()
-    said = open(lab.log.name, encoding="utf-8").read().splitlines()
+    said = Path(lab.log.name).read_text(encoding="utf-8").splitlines()
     first = FIRST.relative_to(paths.ROOT).as_posix()
     assert said[0].startswith(f"The book: {lab.url}/lab/tree/{first}?token=")
     assert said[0].endswith("(to stop it: Ctrl-C here, twice)")

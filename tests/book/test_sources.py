@@ -135,6 +135,25 @@ def test_erratum_rounded_poses_move_the_joints_by_degrees():
     assert_prints(moved[[0, 2]], ("1.0", "1.9"))
 
 
+QUOTED = {(15, -45, -60, 90): (14.41, -44.91, -59.68, 89.74), (-90, 15, 30, -45): (-89.47, 14.85, 29.88, -44.47)}
+LAST = {(15, -45, -60, 90): (14.5, -45, -59.85, 90), (-90, 15, 30, -45): (-89.74, 14.94, 29.97, -44.65)}
+
+
+def test_erratum_the_quoted_readings_are_of_an_arm_that_still_moves():
+    """All eight joints are short of their targets; the log goes on, and every joint comes nearer or stays."""
+    for target, quoted in QUOTED.items():
+        to_go = np.subtract(target, quoted) * np.sign(target)
+        assert (to_go > 0).all()
+        assert (np.abs(np.subtract(target, LAST[target])) <= to_go + 1e-9).all()
+
+
+@pytest.mark.parametrize(("lines", "printed"), [(QUOTED, ("1.1", "2.5")), (LAST, ("0.48", "1.28"))])
+def test_how_far_the_tool_of_the_real_arm_was_off(lines, printed):
+    off = [np.linalg.norm((omx.fk(rad(*line)) - omx.fk(rad(*target)))[:3, 3]) for target, line in lines.items()]
+    assert_prints(off, printed)
+    assert np.spacing(300.0) < 1e-12, "floating-point rounding explains none of it"
+
+
 def test_erratum_18751_mm_is_a_millimetre_converted_twice():
     reach = COURSE.L2 + COURSE.L3 + COURSE.L4
     assert 18751.77 / 1000 < reach < 18751.77
@@ -261,6 +280,12 @@ def test_erratum_clamping_before_testing_gives_legal_angles_of_another_place():
     assert sqrt(474**2 + 127**2) - 254 == pytest.approx(236.719, abs=5e-4)
 
 
+def test_erratum_the_inverse_of_a_measured_pose_agrees_with_any_angles_at_all():
+    """Figure 1 against figure 2: IK(FK(q)) = q for angles out of a hat, so their agreement says nothing of the arm."""
+    for q in oracles.random_q(200):
+        assert oracles.angle_gap(omx.solve_ik(omx.pose(q), near=q).q, q).max() < 1e-6
+
+
 WAYPOINTS = [(25, -100, 150, -60), (150, 80, 300, 0), (250, -115, 75, -45), (25, -100, 150, -60)]
 
 
@@ -270,6 +295,16 @@ def test_every_waypoint_of_lab_3_is_legal():
         q = omx.solve_ik((x, y, z, radians(alpha)), start=q)
         assert (q.front, q.elbow_up) == (True, True)
         assert oracles.pose_gap(omx.pose(q), (x, y, z, radians(alpha))) < 1e-12
+
+
+def test_erratum_the_path_between_the_waypoints_is_no_triangle():
+    corners = [np.array(omx.solve_ik((*w[:3], radians(w[3])), near=omx.HOME)) for w in WAYPOINTS]
+    bulges = []
+    for a, b, start, end in zip(corners, corners[1:], WAYPOINTS, WAYPOINTS[1:], strict=False):
+        way = omx.pose(a + np.linspace(0, 1, 101)[:, None] * (b - a))[:, :3] - start[:3]
+        side = np.subtract(end, start)[:3] / np.linalg.norm(np.subtract(end, start)[:3])
+        bulges.append(np.linalg.norm(way - np.outer(way @ side, side), axis=1).max())
+    assert_prints(bulges, ("72", "57", "49"))
 
 
 # ---- planar arms of n links ----------------------------------------------------------------------------

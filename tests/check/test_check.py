@@ -2,6 +2,9 @@
 
 import math
 import re
+import shutil
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -10,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import omx
+from book.setup.paths import ROOT
 from omx import check
 from omx.check import mistakes, selftest
 
@@ -395,7 +399,35 @@ def test_setup_says_what_is_missing_and_what_to_do(capsys, monkeypatch):
     monkeypatch.setattr(selftest, "NEEDED", ("numpy", "no-such-package"))
     message = wrong(check.setup)
     assert "!!  packages: no-such-package missing" in capsys.readouterr().out
-    assert "python run.py lab" in message
+    assert "python run.py repair" in message
+
+
+STALE = """
+import pathlib, warnings, omx, omx.check
+from omx.display.viewer import View
+path = pathlib.Path(omx.generated.fk.__file__)
+with warnings.catch_warnings(record=True) as told:
+    warnings.simplefilter("always")
+    View()
+    path.write_text(path.read_text() + "# another arm")
+    View(geometry=omx.MAKER)
+    assert not told
+    View(), View()
+    print(*(warning.message for warning in told))
+omx.check.setup()
+"""
+
+
+def test_a_notebook_that_still_has_the_old_arm_says_so_once(tmp_path):
+    """In a copy of the package: a chapter writes another arm while a kernel is running."""
+    shutil.copytree(ROOT / "omx", tmp_path / "omx", ignore=shutil.ignore_patterns("__pycache__"))
+    command = [sys.executable, "-c", STALE]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    first, *lines = done.stdout.splitlines()
+    assert first.startswith("omx.generated.fk was written anew after this notebook had imported it")
+    assert first.count("Choose Kernel > Restart Kernel") == 1, "once"
+    assert "!!  generated modules: fk was written anew after this notebook had imported it" in lines
+    assert done.stderr.strip().endswith("choose Kernel > Restart Kernel, then run the cells again.")
 
 
 def test_setup_survives_what_is_broken(capsys, monkeypatch):

@@ -10,8 +10,9 @@ from types import SimpleNamespace
 import pytest
 
 import omx
+from book.chapters import generate
 from book.setup.restore import restore
-from omx.generated import fk, ik, jacobian
+from omx.generated import CHAPTERS, fk, ik, jacobian
 from omx.kinematics import stale, warn_if_stale
 
 
@@ -90,6 +91,10 @@ def test_importing_goes_on_whatever_a_chapter_has_left_and_restoring_mends_it(co
     assert restore(generated) == [f"{name}.py"]
     assert path.read_text() == text
     assert restore(generated) == []
+
+
+def test_each_module_is_written_by_the_chapter_that_may_write_it():
+    assert {path.stem: notebook for path, notebook in generate.sources().items()} == CHAPTERS
 
 
 def test_the_modules_that_are_shipped_are_those_that_the_chapters_write():

@@ -93,7 +93,7 @@ def test_it_tells_the_row_in_words():
 
 @pytest.mark.parametrize("row", [None, (1, 2, 3), (1, 2, 3, math.nan), "abcd", (1, 2, 3, 4, 5)])
 def test_what_is_no_row_is_refused(row):
-    with pytest.raises(omx.BadInput, match="theta .rad., d .mm., a .mm., alpha .rad., shape .4,."):
+    with pytest.raises(omx.BadInput, match=r"theta \(rad\), d \(mm\), a \(mm\), alpha \(rad\), shape \(4,\)"):
         RowView(row)
 
 

@@ -15,6 +15,7 @@ import serial
 import omx
 from omx import errors
 from omx.arm import ARM_IDS, JOINT_IDS
+from omx.hardware.conditions import CONDITIONS
 from omx.hardware.doctor import doctor, explain
 from omx.hardware.doctor.__main__ import main
 from omx.hardware.doctor.diagnoses import ILLNESSES
@@ -90,6 +91,7 @@ def test_every_illness_reads_as_a_sentence_on_every_system():
     facts = {"port": "COM5", "ids": "11", "ms": 16.0, "short": "ttyUSB0", "who": "", "why": "x", "reason": "y"}
     facts |= dict.fromkeys(("found", "wanted", "off", "back", "low", "high", "volts", "degrees"), 1.0)
     facts |= dict.fromkeys(("count", "asked", "before", "joint", "mode", "ticks", "us", "baud", "model"), 1)
+    facts |= {"percent": 5.0, "speed": 5.0, "mask": 0, "other": 13, "what": "x"}
     facts |= dict.fromkeys(("missing", "words", "text", "angles", "version", "package", "rival", "firmware"), "z")
     for key in ILLNESSES:
         for system in ("linux", "darwin", "win32"):
@@ -300,9 +302,53 @@ def test_a_homing_offset():
     assert "45.0" in the(report, "homing_offset").symptom
 
 
-def test_position_limits_that_are_too_narrow():
-    report = examined(arm=VirtualArm(settings={13: {"max_position_limit": 2500}}))
-    assert wrong(report) == {"narrow_limits"}
+LEFT_BEHIND = {
+    "narrow_limits": {"max_position_limit": 2500},
+    "low_pwm_limit": {"pwm_limit": 100},
+    "no_shutdown": {"shutdown": 0},
+    "high_heat_limit": {"temperature_limit": 100},
+    "low_heat_limit": {"temperature_limit": 60},
+    "secondary_id": {"secondary_id": 12},
+    "starts_by_itself": {"startup_configuration": 1},
+    "weak_pwm": {"goal_pwm": 0},
+    "gains": {"position_i_gain": 100},
+    "joint_reversed": {"drive_mode": 5},
+    "homing_offset": {"homing_offset": -400},
+}
+
+
+@pytest.mark.parametrize("key", LEFT_BEHIND)
+def test_what_another_program_left_behind_is_known_to_the_doctor_and_refused_or_set_back_by_the_robot(key, caplog):
+    arm = VirtualArm()
+    for name, value in LEFT_BEHIND[key].items():
+        arm.servo(13).table.put(name, value)
+    assert key in wrong(examined(arm=arm))
+    (row,) = [row for row in CONDITIONS if row.key == key]
+    port = VirtualPort(arm, clock=SteppedClock())
+    if row.level == "fault" and row.mend is None:
+        with pytest.raises(errors.NotReady, match="servo 13"):
+            Robot(port)
+        return
+    robot = Robot(port)
+    if row.mend is None:
+        assert "servo 13" in caplog.text  # said at once
+    robot.write_motor_state(True)
+    if row.mend is not None:
+        assert "set back: servo 13" in caplog.text
+        assert key not in doctor(robot).keys
+    robot.move_to([10, -50, 20, 30])
+    robot.close()
+
+
+def test_each_servo_condition_is_one_row_for_the_robot_and_the_doctor():
+    assert {row.key for row in CONDITIONS} <= ILLNESSES.keys()
+    assert all(ILLNESSES[row.key] == (row.level, row.symptom, row.cause, row.remedy) for row in CONDITIONS)
+
+
+def test_a_velocity_limit_is_a_note():
+    report = examined(arm=VirtualArm(settings={13: {"velocity_limit": 5}}))
+    assert report.healthy
+    assert "7 deg/s" in the(report, "velocity_limit").symptom
 
 
 def test_a_tripped_watchdog():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import omx
-from omx.arm import SPEED_CAP
+from omx.arm import SPEED_CAP, STALL_TORQUE
 from omx.errors import BadInput, Collision, JointLimit, TooFast
 from omx.hardware.safety import Guard, stalled
 
@@ -70,11 +70,11 @@ def test_an_arm_that_starts_outside_may_come_back_in_but_not_go_further_out():
 def test_the_speed_cap_sets_the_fewest_seconds():
     guard = Guard()
     fewest = guard.seconds(omx.ZERO, (0.0, np.radians(45), 0.0, 0.0))
-    assert fewest == pytest.approx(0.75)  # 45 deg at 60 deg/s
+    assert fewest == pytest.approx(1.0)  # 45 deg, 60 deg/s at the top of the trapezoid, 45 deg/s in the mean
     assert guard.seconds(omx.ZERO, (0.0, np.radians(45), 0.0, 0.0), 2.0) == 2.0
-    with pytest.raises(TooFast, match=r"at least 0\.75 s") as caught:
+    with pytest.raises(TooFast, match=r"at least 1\.00 s") as caught:
         guard.seconds(omx.ZERO, (0.0, np.radians(45), 0.0, 0.0), 0.5)
-    assert caught.value.speed == pytest.approx(np.radians(90))
+    assert caught.value.speed == pytest.approx(np.radians(120))
     assert caught.value.cap == SPEED_CAP
 
 
@@ -88,6 +88,27 @@ def test_nothing_but_four_finite_angles_gets_through(bad):
 def test_seconds_must_be_positive(seconds):
     with pytest.raises(BadInput, match="seconds"):
         Guard().seconds(omx.ZERO, omx.HOME, seconds)
+
+
+NAN = float("nan")
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [{"speed_cap": NAN}, {"speed_cap": -1}, {"speed_cap": 0}, {"speed_cap": 10}, {"speed_cap": "fast"}, {"margin": NAN},
+     {"margin": -10}, {"margin": 1.5}, {"table": NAN}, {"table": "low"}, {"limits": omx.LIMITS[:3]},
+     {"limits": [(1, -1)] * 4}, {"limits": [(-4, 4)] * 4}, {"limits": [(NAN, 1)] * 4}, {"limits": None},
+     {"geometry": (77, 130, 124, 126)}],
+)  # fmt: skip
+def test_a_guard_refuses_settings_that_it_cannot_keep(settings):
+    with pytest.raises(BadInput, match=next(iter(settings))):
+        Guard(**settings)
+
+
+def test_the_push_that_a_hand_may_feel_is_the_one_that_the_docstring_states():
+    assert Guard().push() == pytest.approx(2.1, abs=0.05)
+    assert Guard(payload_g=100).push() > Guard().push()
+    assert Guard(speed_cap=4.8, payload_g=500).push() == STALL_TORQUE
 
 
 def test_a_joint_that_pushes_without_moving_is_found():

@@ -126,12 +126,12 @@ def main(argv=None) -> int:
     def tell(found: Findings, share: float) -> None:
         if time.monotonic() - told[0] > 60:
             told[0] = time.monotonic()
-            print(f"{share:.0%}: {found}", flush=True)
+            print(f"{share:4.0%}  {found}", flush=True)
 
     with tempfile.TemporaryDirectory() as folder:
         found = endure(60 * given.minutes, Path(folder) / "endurance.csv", Clock(given.scale), tell)
         again = len(read_log(Path(folder) / "endurance.csv"))
-    print(f"\n{found}\n{again} samples read back from the disk")
+    print(f"{found}\n{again} samples read back from the disk")
     return int(found.missed != 0 or again != found.taken or found.drift > 0.3 or found.growth > 20e6)
 
 

@@ -1,4 +1,9 @@
-"""Everything the doctor knows, as data: name -> level, symptom, cause, remedy (by system where they differ)."""
+"""Everything the doctor knows, as data: name -> level, symptom, cause, remedy (by system where they differ).
+
+What is judged of a single servo is in `conditions`, for `Robot` refuses by the same rows.
+"""
+
+from ..conditions import CONDITIONS
 
 _SDK = "In this folder: `python run.py lab` installs the right one; else `pip install --force-reinstall dynamixel-sdk`."
 _SUPPLY = "Use the arm's own 12 V, 5 A supply, and look for a half-open switch or plug."
@@ -156,62 +161,7 @@ ILLNESSES: dict[str, tuple[str, str, str, str | dict[str, str]]] = {
         "a second program is on the line, or two servos share an id",
         "Close every other program that knows this port.",
     ),
-    # ---- what they are ----
-    "wrong_model": (
-        "fault",
-        "servo {servo} is model {model}, not 1020 (XM430-W350)",
-        "another arm, or another servo was built in",
-        "This book drives the OpenMANIPULATOR-X only; XL430 and XL330 servos belong to its newer relatives.",
-    ),
-    "old_firmware": (
-        "fault",
-        "servo {servo} has firmware {firmware}; 42 is the oldest that will do",
-        "moves of a given time came with firmware 42",
-        "Update it with DYNAMIXEL Wizard (Windows, macOS, Linux), one servo at a time.",
-    ),
-    "hardware_error": (
-        "fault",
-        "servo {servo} reports: {words}",
-        "{reason}",
-        "Support the arm, remove the cause, then `robot.recover()`: only a reboot clears it.",
-    ),
-    "low_voltage": ("fault", "servo {servo} has {volts:.1f} V; 10 V are the least", "no or the wrong supply", _SUPPLY),
-    "weak_voltage": ("warning", "servo {servo} has only {volts:.1f} V", "a weak supply or a long cable", _SUPPLY),
-    "hot": ("fault", "servo {servo} is at {degrees:.0f} degrees C", "it holds a load for long, or something blocks it",
-            "Park the arm, motors off, and let it cool below 50."),
-    "warm": ("warning", "servo {servo} is at {degrees:.0f} degrees C", "it holds a load for long",
-             "Park the arm between two runs."),
     # ---- how they are set ----
-    "full_speed": (
-        "fault",
-        "servo {servo} moves at full speed on its next goal: {why}, and its motor is on",
-        "a program left the motor on without a motion profile, or the servo restarted",
-        "Do not send goals. `robot.write_motor_state(True)` sets it up where it stands.",
-    ),
-    "no_profile": (
-        "note",
-        "servo {servo} would move at full speed: {why}",
-        "so it comes from the factory and from every restart",
-        "Nothing with this book: `write_motor_state(True)` sets it. Other programs must do so themselves.",
-    ),
-    "gripper_inverted": (
-        "note",
-        "servo 15 counts backwards (drive mode {mode})",
-        "ROS 2 leaves it so",
-        "Nothing with this book, which reads it; a course program would open the gripper where it should close.",
-    ),
-    "joint_reversed": (
-        "warning",
-        "servo {servo} counts backwards (drive mode {mode})",
-        "another program set the reverse bit in its EEPROM",
-        "`write_motor_state(True)` puts it right; support the arm, for its idea of where it is changes.",
-    ),
-    "homing_offset": (
-        "fault",
-        "joint {joint} reads {degrees:.1f} deg more than it should",
-        "servo {servo} has a homing offset of {ticks} ticks in its EEPROM",
-        "`bus.write({servo}, 'homing_offset', 0)` with the torque off.",
-    ),
     "impossible_pose": (
         "fault",
         "the arm reads ({angles}) deg, which no arm can be: {why}",
@@ -224,18 +174,6 @@ ILLNESSES: dict[str, tuple[str, str, str, str | dict[str, str]]] = {
         "joint {joint} reads {found:.1f} deg where you say {wanted:.1f}: {off:+.0f} deg",
         "{why}",
         "Torque off; unscrew the horn of servo {servo}, turn it by {back:+.0f} deg, screw it on, and ask again.",
-    ),
-    "narrow_limits": (
-        "warning",
-        "servo {servo} refuses goals outside {low:.0f} .. {high:.0f} deg (data limit error)",
-        "its position limits, registers 48 and 52, were changed",
-        "Torque off, then write 4095 to 'max_position_limit' and 0 to 'min_position_limit'.",
-    ),
-    "watchdog": (
-        "warning",
-        "the bus watchdog of servo {servo} has tripped: it refuses goals",
-        "the program that streamed to it broke off",
-        "The next `Robot` clears it; or `bus.write({servo}, 'bus_watchdog', 0)`.",
     ),
     "torque_on": (
         "note",
@@ -257,13 +195,6 @@ ILLNESSES: dict[str, tuple[str, str, str, str | dict[str, str]]] = {
                    "Look at its limits (registers 36 to 52), or ask for less."),
     "data_range": ("fault", "servo {servo} answers with a data range error", "{text}",
                    "Is the value possible? After a tripped watchdog write 0 to 'bus_watchdog' first."),
+    # ---- what one servo is, and how it is set ----
+    **{row.key: (row.level, row.symptom, row.cause, row.remedy) for row in CONDITIONS},
 }  # fmt: skip
-
-#: Why a servo reports a hardware error, by the bit of register 70.
-REASONS = {
-    0x01: "its voltage was outside 9.5 .. 16 V: a weak supply, or all joints pushing at once",
-    0x04: "it got hotter than its limit, 80 degrees C",
-    0x08: "its encoder cannot be read: a knock, or a broken servo",
-    0x10: "an electrical shock, or too little power for its motor",
-    0x20: "it pushed hard for longer than it can: something blocks the joint, or the load is above 500 g",
-}

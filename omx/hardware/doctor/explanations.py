@@ -13,9 +13,8 @@ from ...errors import (
     ServoRefused,
     WrongServo,
 )
+from ..conditions import hardware_words
 from ..dynamixel import packet as pk
-from ..dynamixel.registers import HARDWARE_ERRORS
-from .diagnoses import REASONS
 from .report import Finding, find
 
 _PORT = {errno.EACCES: "no_permission", errno.ENOENT: "port_absent", errno.EBUSY: "port_busy"}
@@ -48,7 +47,4 @@ def _port(error: PortError) -> Finding:
 
 def hardware(servo: int, bits: int) -> Finding:
     """The bits of register 70 in words, with what brings them about."""
-    known = [bit for bit in HARDWARE_ERRORS if bits & bit]
-    words = ", ".join(HARDWARE_ERRORS[bit] for bit in known) or f"unknown error {bits:#04x}"
-    reason = "; ".join(REASONS[bit] for bit in known) or "the servo's manual does not say"
-    return find("hardware_error", servo, words=words, reason=reason)
+    return find("hardware_error", servo, **hardware_words(bits))

@@ -45,7 +45,7 @@ class Bus:
         self._port = Port(port) if isinstance(port, str) else port
         self._protocol = Protocol()
         self._lock = threading.RLock()
-        self._stale = False
+        self._stale = self._asking = False
         self.history: deque[Transaction] = deque(maxlen=history)
         self.alerts: set[int] = set()
         self.strays = 0
@@ -74,6 +74,11 @@ class Bus:
     def is_open(self) -> bool:
         """False after `close`, and after the port has gone."""
         return self._port.is_open
+
+    @property
+    def asking(self) -> bool:
+        """True in the middle of a transaction."""
+        return self._asking
 
     def tune(self, baud: int):
         """Open the port at another baud rate, one that the servos know."""
@@ -165,6 +170,17 @@ class Bus:
         answers = self._ask(pk.BROADCAST, instruction, params, [(servo, what.size) for servo in ids], doing)
         return {answer.servo: what.decode(answer.data) for answer in answers}
 
+    def write_block(self, what: Block, values: dict[int, tuple[int, ...]]):
+        """Set neighbouring registers of several servos, id -> one value a register, in one packet.
+
+        Each servo sets all of them or, if one is refused, none. Servos do not confirm this.
+        """
+        ids = _ids(values)
+        data = [bytes((servo,)) + _block_encoded(what, values[servo]) for servo in ids]
+        params = _words(what.address, what.size) + b"".join(data)
+        names = f"{what.registers[0].name} .. {what.registers[-1].name}"
+        self._ask(pk.BROADCAST, Do.SYNC_WRITE, params, [], f"set {names}")
+
     def write_all(self, name: str, values: dict[int, int]):
         """Set the register `name` of several servos, id -> value, in one packet. Servos do not confirm this."""
         ids = _ids(values)
@@ -214,6 +230,7 @@ class Bus:
 
     def _exchange(self, to, instruction, params, wanted, doing) -> list[Answer]:
         port, began, fault = self._port, self.clock.now(), None
+        self._asking = True
         try:
             self.strays += bool(port.getBytesAvailable()) if wanted else 0
             self._protocol.send(port, to, instruction, params, sum(size + 11 for _, size in wanted))
@@ -224,7 +241,7 @@ class Bus:
             fault = error
             raise
         finally:
-            port.is_using = False
+            port.is_using = self._asking = False
             self._stale = self._stale or fault is not None
             spent = self.clock.now() - began
             trouble = f"{type(fault).__name__}: {fault}" if fault else ""
@@ -290,6 +307,11 @@ def _encoded(name: str, value: int) -> tuple[Register, bytes]:
     if not row.writable:
         raise BadInput(f"{row.name} is read-only.")
     return row, row.encode(value)
+
+
+def _block_encoded(what: Block, values) -> bytes:
+    pairs = zip(what.registers, values, strict=True)
+    return b"".join(_encoded(row.name, value)[1] for row, value in pairs)
 
 
 def _id(servo) -> int:

@@ -4,18 +4,45 @@ Used of it: `PortHandler`, and sending and receiving of single packets (its low-
 """
 
 import contextlib
+import os
+import weakref
 
 import dynamixel_sdk
 
-from ...errors import PortLost
+from ...errors import PortBusy, PortLost
 from ..clock import Clock
 from . import packet as pk
-from .serial_line import check_busy, open_line
+from .serial_line import open_line
 
 #: More bytes than any answer has: a line that goes on after them is noise, not an answer.
 MOST_BYTES = 4 * pk.MAX_LENGTH
 #: How long to wait for an answer beyond what the SDK allows (34 ms), where another process or a network is between.
 SOCKET_PATIENCE_S = 0.25
+
+
+#: The ports that this process has open.
+_open_here = weakref.WeakSet()
+
+
+def is_open_here(name: str) -> bool:
+    """True if this very process has the port `name` open."""
+    return any(port.is_open and _same(port.port_name, name) for port in list(_open_here))
+
+
+def _same(one: str, other: str) -> bool:
+    return one == other or ("://" not in one + other and os.path.realpath(one) == os.path.realpath(other))
+
+
+def _in_a_forked_child() -> None:
+    """The arm belongs to the process that opened it: a copy of that process must neither drive it nor hang up."""
+    for port in list(_open_here):
+        port.is_open = False
+        with contextlib.suppress(Exception):
+            port.ser.is_open = False  # closing it, as the end of the child would, shuts a socket for the parent, too
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_in_a_forked_child)
 
 
 class Silence(Exception):
@@ -37,6 +64,7 @@ class Port(dynamixel_sdk.PortHandler):
         self.clock = clock or Clock()
         self.patience_s = (SOCKET_PATIENCE_S if "://" in name else 0.0) if patience_s is None else patience_s
         self.sent, self.received = b"", bytearray()
+        self._heard = False
 
     def open_line(self):
         """A serial line at `self.baudrate`; a virtual port gives something that looks like one."""
@@ -47,7 +75,8 @@ class Port(dynamixel_sdk.PortHandler):
         if self.is_open:
             self.closePort()
         self.ser = self.open_line()
-        self.is_open = True
+        self.is_open, self._heard = True, False
+        _open_here.add(self)
         self.tx_time_per_byte = 10_000.0 / self.baudrate  # ms
         self.clearPort()
         return True
@@ -76,6 +105,7 @@ class Port(dynamixel_sdk.PortHandler):
         """Up to `length` bytes, after at most the read timeout."""
         data = self._guarded(self.ser.read, length)
         self.received += data
+        self._heard = self._heard or bool(data)
         if len(self.received) > MOST_BYTES:  # the SDK would read on for ever
             raise Damage
         return data
@@ -85,8 +115,8 @@ class Port(dynamixel_sdk.PortHandler):
             return call(*args)
         except Exception as error:  # pyserial lets OSError, termios.error and TypeError through
             self.closePort()
-            if "://" in self.port_name:
-                check_busy(self.port_name)
+            if "://" in self.port_name and not self._heard:
+                raise PortBusy(self.port_name, "it hung up at once: another program is connected to it") from error
             raise PortLost(self.port_name, f"the port has gone ({error}). Is the USB plug in?") from error
 
     def getCurrentTime(self):

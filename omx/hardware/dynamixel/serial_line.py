@@ -2,7 +2,6 @@
 
 import contextlib
 import errno
-import socket
 from urllib.parse import urlsplit
 
 import serial
@@ -26,8 +25,6 @@ _REASONS = {
     "in again; on Windows another program has it open",
     errno.ECONNREFUSED: "nobody listens there. Is the virtual arm running?",
 }
-#: What a served arm says to a second client before it hangs up.
-BUSY_NOTE = b"busy\n"
 _BUSY = "another program or another notebook has it open. Close that one first: two at once corrupt each other"
 
 
@@ -38,7 +35,7 @@ def open_line(name: str, baud: int):
     """
     try:
         if "://" in name:
-            socket_address(name)
+            _check_url(name)
             return serial.serial_for_url(name, baudrate=baud, timeout=READ_TIMEOUT_S)
         line = serial.Serial(name, baudrate=baud, timeout=READ_TIMEOUT_S, exclusive=True)
     except (OSError, ValueError) as error:
@@ -49,22 +46,14 @@ def open_line(name: str, baud: int):
     return line
 
 
-def socket_address(name: str) -> tuple[str, int]:
-    """Host and port of `socket://127.0.0.1:PORT`; raises PortError if there is no port."""
+def _check_url(name: str):
     try:
         parts = urlsplit(name)
         if parts.hostname and parts.port:
-            return parts.hostname, parts.port
+            return
     except ValueError:  # a port that is no number, or too large
         pass
     raise PortError(name, "a served arm is named socket://127.0.0.1:PORT, as it prints at its start")
-
-
-def check_busy(name: str):
-    """Raise PortBusy if the served arm `name`, which has hung up on us, says that somebody else has it."""
-    with contextlib.suppress(OSError), socket.create_connection(socket_address(name), timeout=0.5) as line:
-        if line.recv(len(BUSY_NOTE)) == BUSY_NOTE:
-            raise PortBusy(name, _BUSY)
 
 
 def _explained(name: str, error: Exception) -> PortError:
@@ -95,8 +84,10 @@ def _keep_others_out(line):
             fcntl.ioctl(line.fileno(), termios.TIOCEXCL)
 
 
-def find_ports() -> list[str]:
-    """Serial ports that may have the arm, likely adapters first."""
+def find_ports(adapters_only: bool = False) -> list[str]:
+    """Serial ports that may have the arm, likely adapters first; or those of adapters that arms are sold with alone."""
     ports = [port for port in list_ports.comports() if port.vid is not None]
+    if adapters_only:
+        ports = [port for port in ports if (port.vid, port.pid) in ADAPTERS]
     ports.sort(key=lambda port: ((port.vid, port.pid) not in ADAPTERS, port.device))
     return [port.device for port in ports]

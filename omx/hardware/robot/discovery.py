@@ -2,21 +2,11 @@
 
 from dataclasses import dataclass, field
 
-from ...arm import (
-    ARM_IDS,
-    FEWEST_VOLTS,
-    GRIPPER_ID,
-    JOINT_IDS,
-    MODEL,
-    MOST_DEGREES,
-    OLDEST_FIRMWARE,
-    WARN_DEGREES,
-    WARN_VOLTS,
-)
-from ...errors import BusError, PortError
-from ..dynamixel import registers as reg
-from ..dynamixel import units
-from ..dynamixel.bus import Bus
+from ...arm import ARM_IDS, GRIPPER_ID, JOINT_IDS
+from ...errors import BusError, PortBusy, PortError
+from ..conditions import Found, judge, registers
+from ..dynamixel.bus import Bus, Ping
+from ..dynamixel.sdk import is_open_here
 from ..dynamixel.serial_line import find_ports
 
 
@@ -24,38 +14,73 @@ from ..dynamixel.serial_line import find_ports
 class Condition:
     """What one look over the arm found. `problems` forbid using it, `warnings` do not."""
 
-    servos: dict[int, reg.Register] = field(default_factory=dict)
+    servos: dict[int, Ping] = field(default_factory=dict)
+    registers: dict[int, dict[str, int]] = field(default_factory=dict)
+    found: list[Found] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
-    volts: dict[int, float] = field(default_factory=dict)
-    degrees: dict[int, float] = field(default_factory=dict)
 
     @property
     def has_gripper(self) -> bool:
         return GRIPPER_ID in self.servos
 
+    def add(self, found: list[Found]) -> None:
+        """Sort what was found into problems and warnings."""
+        self.found += found
+        self.problems += [str(one) for one in found if one.forbids]
+        self.warnings += [str(one) for one in found if one.warns]
+
+    @property
+    def left_behind(self) -> list[str]:
+        """What other programs left in the servos, and switching the motors on sets back."""
+        return [one.symptom for one in self.found if one.condition.mend is not None and one.condition.level != "note"]
+
 
 def open_bus(name: str) -> Bus:
-    """The bus on the port `name`; "auto" takes the first port on which servo 11 answers. Raises `PortError`."""
-    if name != "auto":
+    """The bus on the port `name`; "auto" looks at the adapters that arms are sold with, and wants exactly one arm."""
+    return _search() if name == "auto" else _opened(name)
+
+
+def _opened(name: str) -> Bus:
+    try:
         return Bus(name)
-    tried = []
-    for port in find_ports():
+    except PortBusy as error:
+        if is_open_here(name):
+            said = "this very notebook has it open: go on with that robot, or end it with `robot.close()`"
+            raise PortBusy(name, said, error.errno) from error
+        raise
+
+
+def _search() -> Bus:
+    """The one adapter with an arm. Nothing is sent to other devices, nor to an arm if there are two."""
+    tried, arms = [], []
+    adapters = find_ports(adapters_only=True)
+    for port in adapters:
         try:
-            bus = Bus(port)
+            bus = _opened(port)
         except PortError as error:
             tried.append(str(error))
             continue
         if bus.scan(JOINT_IDS):
-            return bus
+            arms.append(bus)
+        else:
+            bus.close()
+            tried.append(f"{port}: no servo of the arm answers at 1000000 baud")
+    if len(arms) == 1:
+        return arms[0]
+    for bus in arms:
         bus.close()
-        tried.append(f"{port}: no servo of the arm answers at 1000000 baud")
+    if arms:
+        raise PortError("auto", f"there are {len(arms)} arms: {' and '.join(bus.name for bus in arms)}. Name yours: "
+                                f"`Robot({arms[0].name!r})`.")  # fmt: skip
+    tried += [f"{port}: not asked, for it does not look like the arm's adapter; name it if it is"
+              for port in find_ports() if port not in adapters]  # fmt: skip
     found = "; ".join(tried) or "this computer has no USB serial port: is the cable in, and the adapter's driver there?"
     raise PortError("auto", f"no arm found. {found}")
 
 
 def look_over(bus: Bus) -> Condition:
-    """Ping every servo and read model, firmware, errors, voltage and temperature. Reads only; nothing moves."""
+    """Ping every servo and read all that the conditions judge. Reads only; nothing moves."""
     condition = Condition(servos=bus.scan(ARM_IDS))
     missing = [servo for servo in JOINT_IDS if servo not in condition.servos]
     if missing:
@@ -65,38 +90,24 @@ def look_over(bus: Bus) -> Condition:
         )
     if not condition.has_gripper:
         condition.warnings.append("no gripper: servo 15 does not answer")
+    right = []
     for servo, ping in condition.servos.items():
-        if ping.model != MODEL:
-            condition.problems.append(f"servo {servo} is model {ping.model}, not {MODEL} (XM430-W350)")
-        elif ping.firmware < OLDEST_FIRMWARE:
-            condition.problems.append(f"servo {servo} has firmware {ping.firmware}; {OLDEST_FIRMWARE} is needed")
-        else:
-            _health(bus, servo, condition)
+        found = judge(servo, {"model_number": ping.model, "firmware_version": ping.firmware})
+        condition.add(found)
+        right += [servo] if not found else []
+    if right:
+        _settings(bus, right, condition)
     return condition
 
 
-def _health(bus: Bus, servo: int, condition: Condition) -> None:
+def _settings(bus: Bus, servos, condition: Condition) -> None:
     try:
-        bits = bus.read(servo, "hardware_error")
-        volts = units.VOLTAGE.value(bus.read(servo, "present_voltage"))
-        degrees = bus.read(servo, "present_temperature")
-    except BusError as error:
-        condition.problems.append(str(error))
-        return
-    condition.volts[servo], condition.degrees[servo] = volts, degrees
-    if bits:
-        words = ", ".join(reg.hardware_errors(bits))
-        condition.problems.append(f"servo {servo} reports: {words}. Remove the cause, then `robot.recover()`")
-    judge(servo, volts, degrees, condition)
-
-
-def judge(servo: int, volts: float, degrees: float, condition: Condition) -> None:
-    """Voltage and temperature of one servo against the limits, into `condition`."""
-    if volts < FEWEST_VOLTS:
-        condition.problems.append(f"servo {servo} has {volts:.1f} V; it needs 12 V, at least {FEWEST_VOLTS:.0f}")
-    elif volts < WARN_VOLTS:
-        condition.warnings.append(f"servo {servo} has only {volts:.1f} V: is the supply the arm's own, 12 V 5 A?")
-    if degrees >= MOST_DEGREES:
-        condition.problems.append(f"servo {servo} is at {degrees:.0f} degrees C: let it cool down")
-    elif degrees >= WARN_DEGREES:
-        condition.warnings.append(f"servo {servo} is warm: {degrees:.0f} degrees C")
+        condition.registers = registers(bus, servos)
+    except BusError:  # one of them does not answer: which?
+        for servo in servos:
+            try:
+                condition.registers |= registers(bus, [servo])
+            except BusError as error:
+                condition.problems.append(str(error))
+    for servo, at in condition.registers.items():
+        condition.add(judge(servo, at))

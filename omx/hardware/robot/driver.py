@@ -1,116 +1,382 @@
-"""The arm on a bus in rad and seconds: set up, command, park. Every rule of safety is applied here and in `keeper`.
+"""The arm on a bus in rad and seconds: set up, command, park.
 
 All methods may be called from any thread: each transaction holds the bus's lock, and `stop` works while another
-thread waits for a motion to end.
+thread waits for a motion to end. Whatever sends a goal passes `_send`, the last gate.
 """
 
+import contextlib
+import logging
 import math
+from dataclasses import replace
 
-from ...arm import GRIPPER_ID, HOME, PARK_SPEED, REST, SLOW, STALL_MA
+from ...arm import ARM_IDS, ARRIVED, GRIP_FORCE, GRIPPER_ID, IDLE_S, JOINT_IDS, PARK_SPEED, SLOW, STALL_MA, STALL_TORQUE
 from ...arrays import as_four
-from ...dh import limit_violations
-from ...errors import BadInput, BusError, NotReady, TorqueOff
+from ...errors import (
+    BadInput,
+    BusCorrupt,
+    BusError,
+    BusTimeout,
+    NotArrived,
+    NotReady,
+    ObjectLost,
+    OmxError,
+    PortLost,
+    ServoLost,
+    ServoRestarted,
+    Stalled,
+    TooFast,
+    TorqueOff,
+)
+from ..conditions import judge, registers
 from ..dynamixel import registers as reg
 from ..dynamixel import units
-from ..safety import Guard
-from .monitor import LOOK_S, STREAM_WATCHDOG_S, Keeper, Reading
-from .servo_group import JOINTS, MODES, again
+from ..dynamixel.bus import Bus
+from ..safety import RAMP, Guard
+from . import gate
+from .brake import Brake
+from .discovery import Condition, look_over
+from .gripper import Gripper
+from .monitor import Monitor, Reading
+from .servo_group import HOLD_SLACK, JOINTS, MODES, Servos, again
+from .watch import Watch
 
-LONGEST_S = 32.0  # the profile register ends at 32737 ms
-SHORTEST_S = 0.2
 RESTING = math.radians(2.0)  # rad/s
-#: The longest step (rad) of a stream, from where the arm is: it may lag a little behind.
-STREAM_STEP = math.radians(8.0)
+LOOK_S = 0.02
+#: How long a velocity or a push lasts unless it is repeated (s).
+UNREPEATED_S = 0.4
+#: How far ahead (s) an arm that is pushed must stay clear: two looks of the watch, and the time that a hold takes.
+AHEAD_S = 0.2
+#: How long a servo that restarts is silent, and a little more.
+RESTART_S = 0.6
+#: A servo that is too hot after so long (s) without a command is parked: it will give up by itself soon.
+HOT_IDLE_S = 30.0
+#: Operating modes in which a servo does not hold a position.
+PUSHES = (reg.MODES["current"], reg.MODES["velocity"], reg.MODES["pwm"])
+
+_log = logging.getLogger("omx.robot")
 
 
-class Driver(Keeper):
-    """Four joints and a gripper on `bus`, driven within `guard`. Making one reads only; nothing moves."""
+class Driver:
+    """Four joints and a gripper on `bus`, driven within `guard`. Making one reads only; nothing moves.
+
+    `idle_s`: after so long without a command an arm that holds parks itself; None: never.
+    """
+
+    def __init__(self, bus: Bus, guard: Guard | None = None, *, idle_s: float | None = IDLE_S):
+        self.bus, self.guard, self.clock = bus, guard or Guard(), bus.clock
+        self.condition: Condition = look_over(bus)
+        if self.condition.problems:
+            raise NotReady(bus.name, self.condition.problems)
+        at = self.condition.registers
+        limits = {servo: (at[servo]["min_position_limit"], at[servo]["max_position_limit"]) for servo in at}
+        self._pwm_limits = {servo: at[servo]["pwm_limit"] for servo in JOINT_IDS}
+        self.servos = Servos(bus, limits, self._pwm())
+        self.monitor = Monitor(bus)
+        self.brake = Brake(self.servos, self.monitor)
+        self.gripper = Gripper(self.servos)
+        self.trouble: OmxError | None = None  # what the watch met, until somebody asks
+        self.idle_s, self.asked_at = idle_s, self.clock.now()
+        self.busy = False  # in the middle of something that the watch must not come between
+        self._streamed: tuple[float, ...] | None = None  # the last point of a stream
+        self._until = math.inf  # when a push ends that is not repeated
+        self._folding = self.hot = False
+        self.mode = "position"
+        self.torque = any(at[servo]["torque_enable"] for servo in JOINT_IDS)
+        #: True while the servos are in a mode in which they do not hold a position.
+        self.pushing = self.torque and any(at[servo]["operating_mode"] in PUSHES for servo in JOINT_IDS)
+        self._watch = Watch(self)
+        if self.torque:
+            if self.pushing:  # it may be turning, and our own questions would feed its watchdog
+                self.hold()
+            self._watch.begin()
 
     # ---- setting up ----
 
+    def _pwm(self) -> dict[int, int]:
+        """How much of its power (raw) each joint may use."""
+        push = round(self.guard.push() / STALL_TORQUE * reg.REGISTERS["goal_pwm"].high)
+        return {servo: min(push, most) for servo, most in self._pwm_limits.items()}
+
+    def carry(self, payload_g: float) -> None:
+        """From now on the gripper carries `payload_g` (g): joints may push so much harder, and not stretch as far."""
+        self.guard = replace(self.guard, payload_g=payload_g)
+        self.servos.pwm = self._pwm()
+        if self.torque:
+            self.servos.put_all(reg.block("goal_pwm"), {servo: (most,) for servo, most in self.servos.pwm.items()})
+
     def torque_on(self) -> None:
         """Set every servo up and switch it on where it stands: the goal becomes the present position first."""
-        self._refuse_if_stopped()
-        self._profile_s, self._holding = None, True
-        if self.mode == "mixed":
-            self.mode = "position"
-        for servo in self._servos():
-            self.torque = True  # from the first one on
-            self.servos.set_up(servo, self._mode_of(servo), on=True)
-        self._streaming = False
+        self.brake.refuse_if_latched()
+        with self._undisturbed():
+            if self.pushing:
+                self._into_position()
+            self.torque, self.trouble = True, None  # from the first one on
+            self.brake.holding, self.mode, self._streamed = True, "position", None
+            self.servos.switch_on(self._servos())
+        for symptom in self.condition.left_behind:
+            _log.warning("set back: %s.", symptom)
+        self.condition.found.clear()
+        self._watch.begin()
 
     def relax(self) -> None:
         """Torque off: **the arm falls**. Support it first, or `park` instead."""
         errors = []
-        for call, *args in [(self.leave_stream,), *((self.servos.put, s, "torque_enable", 0) for s in self._servos())]:
-            try:
-                call(*args)
-            except BusError as error:
-                errors.append(error)
-        self.torque = False
+        with self._undisturbed():
+            for servo in self._servos():
+                try:
+                    self.servos.put(servo, "torque_enable", 0)
+                except BusError as error:
+                    errors.append(error)
+            self.torque, self.pushing, self._streamed = False, False, None
         if errors:
             raise errors[0]
 
     def set_mode(self, mode: str) -> None:
-        """Put the joints into "position", "velocity" or "current" mode, one servo after the other, torque kept."""
+        """What is commanded from now on: "position", "velocity" or "current". The arm comes to rest, and holds.
+
+        The servos stay in their position mode: a velocity is a goal `UNREPEATED_S` ahead, and only while somebody
+        pushes with `currents` are they in another one.
+        """
         if mode not in ("position", "velocity", "current"):
             raise BadInput(f"`mode` must be 'position', 'velocity' or 'current'; got {mode!r}.")
-        self._refuse_if_stopped()
-        self.leave_stream()
-        self._profile_s = None
-        before, self.mode = self.mode, "mixed"  # until all are done
-        for servo in JOINTS:
-            self.servos.set_up(servo, mode, on=self.torque)
-        self.mode, self._holding = mode, before == mode and self._holding
+        self.brake.refuse_if_latched()
+        if self.pushing:
+            self._stand()
+        self._come_to_rest()
+        self.mode, self._streamed = mode, None
 
     def recover(self) -> list[int]:
         """Reboot each servo that reports a hardware error, and switch on again, where it stands, what has no torque.
 
         A servo that reboots is limp for half a second: support the arm. Returns the ids of the servos rebooted.
         """
-        bits = again(self.bus.read_all, self._servos(), "hardware_error")
-        faulty = [servo for servo in bits if bits[servo]]
-        for servo in faulty:
-            self.bus.reboot(servo)
-            self.clock.sleep(0.5)
-            self.servos.set_up(servo, self._mode_of(servo), on=True)
-        self._profile_s = None
-        off = [servo for servo, on in self.servos.of_joints("torque_enable").items() if not on]
-        for servo in off if self.torque else ():
-            self.servos.set_up(servo, self._mode_of(servo), on=True)
-        self.torque = all(self.servos.of_joints("torque_enable").values())
+        with self._undisturbed():
+            bits = again(self.bus.read_all, self._servos(), "hardware_error")
+            faulty = [servo for servo in bits if bits[servo]]
+            for servo in faulty:
+                self.bus.reboot(servo)
+                self.clock.sleep(0.5)
+                self.servos.set_up(servo, "position", on=True)
+            off = [servo for servo, on in self.servos.of_joints("torque_enable").items() if not on]
+            for servo in off if self.torque else ():
+                self.servos.set_up(servo, "position", on=True)
+            self.torque, self.trouble = all(self.servos.of_joints("torque_enable").values()), None
+        self._watch.begin()
         return faulty
+
+    # ---- looking ----
+
+    def read(self) -> Reading:
+        """Angles, speeds and currents of the joints. Every read watches: it holds the arm, and raises what is wrong."""
+        self._ask_the_watch()
+        reading = self.glance()
+        self._ask_the_watch()  # it may have looked meanwhile
+        return reading
+
+    def _ask_the_watch(self) -> None:
+        if self.trouble:
+            trouble, self.trouble = self.trouble, None
+            raise trouble
+
+    def watch(self) -> Reading:
+        """`read`, for somebody who waits for the arm: raises `Stopped`, too."""
+        self.asked_at = self.clock.now()
+        reading = self.read()
+        self.brake.refuse_if_latched()
+        return reading
+
+    def glance(self) -> Reading:
+        """What `read` does, also for the watch."""
+        try:
+            reading = self.monitor.look()
+        except (BusTimeout, BusCorrupt) as error:
+            self._silence(error)
+            raise
+        except PortLost as error:
+            raise _port_lost(error) from error
+        if self.monitor.alert:
+            self._fault()
+        if self.torque:
+            self._judge(reading)
+        return reading
+
+    def _judge(self, reading: Reading) -> None:
+        wrong = self.monitor.stall(reading, self.guard.payload_g)
+        if self.pushing and not wrong:
+            if self.clock.now() >= self._until:
+                self.halt()
+            else:
+                wrong = self.monitor.out_of_bounds(reading, self.guard, AHEAD_S)
+        if not wrong and self.monitor.health_is_due():
+            wrong = self._health()
+        if wrong:
+            self.halt()
+            if isinstance(wrong, Stalled):
+                self.brake.latch(f"joint {wrong.joint} pushed on something")
+            raise wrong
+
+    def _health(self) -> NotReady | ObjectLost | None:
+        wrong = self.monitor.health() or self.gripper.lost()
+        for warning in self.monitor.new_warnings:
+            _log.warning("%s", warning)
+        self.monitor.new_warnings.clear()
+        if self._folding and isinstance(wrong, NotReady):  # the motors are about to go off, which helps best
+            wrong = None
+        self.hot = isinstance(wrong, NotReady)
+        if not wrong:
+            self._check_torque()
+        return wrong
+
+    @property
+    def forgotten(self) -> bool:
+        """True if the arm holds, and nobody has asked anything of it for so long that it had better park."""
+        quiet = self.clock.now() - self.asked_at
+        patience = HOT_IDLE_S if self.hot else math.inf if self.idle_s is None else self.idle_s
+        return quiet > patience and not (self.stopped or self.moving)
+
+    def _check_torque(self) -> None:
+        """A motor that is off although we switched it on: an error, or a restart that nobody noticed."""
+        if self.torque:
+            off = [servo for servo, on in self.servos.of_joints("torque_enable").items() if not on]
+            if off:
+                self._fault()
+                self._restarted(off)
+
+    # ---- when something is wrong ----
+
+    def _fault(self) -> None:
+        """A servo has its alert bit set, or no torque: the others hold, and the hardware error is raised."""
+        self.halt()
+        again(self.bus.check_hardware, JOINTS)
+
+    def _silence(self, error: BusError) -> None:
+        """Someone did not answer twice: the others hold, and whoever is back after a restart is caught."""
+        self.halt()
+        if not self.torque:
+            return
+        with self._undisturbed():
+            gone, until = self._servos(), self.clock.now() + RESTART_S
+            while True:
+                there = self.bus.scan(gone)
+                gone = [servo for servo in gone if servo not in there]
+                if not gone or self.clock.now() >= until:
+                    break
+                self.clock.sleep(LOOK_S)
+        if gone:
+            raise ServoLost(self.bus.name, "answer", gone, [s for s in self._servos() if s not in gone]) from error
+        self._check_torque()
+
+    def _restarted(self, servos) -> None:
+        caught = [servo for servo in servos if self._caught(servo)]
+        raise ServoRestarted(self.bus.name, servos, held=len(caught) == len(servos))
+
+    def _caught(self, servo: int) -> bool:
+        with contextlib.suppress(BusError):
+            self.servos.set_up(servo, "position", on=True)
+            return True
+        return False
+
+    # ---- stopping ----
+
+    def stop(self) -> None:
+        """Hold at once, and refuse every command until `resume`. May be called from another thread."""
+        self.brake.latch()
+        self.hold()
+
+    def resume(self) -> None:
+        """Allow commands again after a stop, a stall or an interrupt."""
+        self.trouble = None
+        self.brake.resume()
+
+    def hold(self) -> None:
+        """Stop where the arm is, torque on, in position mode. Does what it can, then raises what failed."""
+        self._stand()
+        self.mode = "position"
+
+    def _stand(self) -> None:
+        if self.torque:
+            with self._undisturbed():
+                self._into_position() if self.pushing else self.brake.hold()
+
+    def _into_position(self) -> None:
+        self._until = self.clock.now()  # if this fails, the watch tries again
+        self.brake.hold(in_position=False)
+        self.pushing, self._until = False, math.inf
+
+    def halt(self) -> None:
+        """Hold on our own account, once; what fails then does not hide the reason for it."""
+        if self.torque and (self.pushing or not self.brake.holding):
+            with contextlib.suppress(OmxError):
+                self._stand()
+
+    def broken_off(self, error: BaseException | None) -> None:
+        """Something ended early: hold. An interrupt is a stop: somebody wanted the arm to stand."""
+        if isinstance(error, KeyboardInterrupt):
+            self.brake.latch("interrupted")
+        self.halt()
+
+    @property
+    def stopped(self) -> str | None:
+        """Why commands are refused, in a few words; None if they are not."""
+        return self.brake.why
+
+    @property
+    def moving(self) -> bool:
+        """Is a commanded motion still under way, by its time?"""
+        return self.brake.moving or self.pushing
 
     # ---- moving ----
 
     def command(self, q, seconds: float | None = None) -> tuple[tuple[float, ...], float]:
         """Send the joints to `q` (rad) in `seconds`; returns what was sent (rounded to ticks) and the seconds.
 
-        Without `seconds`, as fast as the speed cap allows. Raises `JointLimit`, `Collision`, `TooFast`, `TorqueOff`,
-        `Stopped`; then nothing was sent. Does not wait.
+        Without `seconds`, as fast as the speed cap allows; from outside the limits slowly, whatever `seconds` say. An
+        arm that moves is brought to rest first. Raises `JointLimit`, `Collision`, `TooFast`, `TorqueOff`, `Stopped`;
+        then nothing was sent. Does not wait.
         """
         self._ready("position")
+        return self._move(q, seconds, self.guard.speed_cap)
+
+    def _move(self, q, seconds: float | None, cap: float) -> tuple[tuple[float, ...], float]:
         present = self.watch().q
-        inside = not self.guard_violations(present)
         goal = self.guard.check(q, present)
-        slowest = self.guard if inside else Guard(**{**vars(self.guard), "speed_cap": SLOW})
-        seconds = max(slowest.seconds(present, goal, seconds), SHORTEST_S)
-        if seconds > LONGEST_S:
-            raise BadInput(f"`seconds` must be at most {LONGEST_S:.0f}, the longest profile of a servo; got {seconds}.")
-        ticks = {servo: units.POSITION.raw(angle) for servo, angle in zip(JOINTS, goal, strict=True)}
+        asked = gate.seconds(self.guard, present, goal, seconds, cap)
         self._check_settings()
+        start = self._come_to_rest()
+        goal = self.guard.check(goal, start)
+        took = max(asked, gate.seconds(self.guard, start, goal, None, cap))
+        if seconds is not None and took > seconds and (outside := gate.outside(self.guard, start)):
+            joints = ", ".join(map(str, outside))
+            _log.warning("%s: the way back in takes %.1f s instead of %.1f s.", joints, took, seconds)
+        return self._send(goal, took, RAMP), took
+
+    def _come_to_rest(self) -> tuple[float, ...]:
+        """Where the joints' set-points stand (rad), once they do: a servo takes its old speed into a new motion."""
+        until, slack = self.clock.now() + 1.0, units.ANGLE.value(HOLD_SLACK)
+        while True:
+            reading = self.watch()
+            gaps = (abs(a - b) for a, b in zip(reading.aim, reading.q, strict=True))
+            runs = any(reading.aim_speed) or max(gaps) > slack or self.moving
+            if not (self.torque and runs) or self.clock.now() > until:
+                return reading.aim if self.torque else reading.q
+            if not (self.brake.holding and self.brake.moving):
+                self._stand()
+            self.clock.sleep(LOOK_S)
+
+    def _send(self, goal, seconds: float, ramp: float, confirmed: bool = True) -> tuple[float, ...]:
+        """The last gate: nothing comes after a stop. Returns the goal in whole ticks."""
+        ticks = {servo: units.POSITION.raw(angle) for servo, angle in zip(JOINTS, goal, strict=True)}
         try:
-            with self._sending:
-                self._refuse_if_stopped()
-                self._holding = False
-                self.leave_stream()
-                self._set_profile(seconds)
-                self._arrival = self.clock.now() + seconds
-                self.servos.send(ticks)
-        except BaseException:  # an interrupt too: it may have set off
-            self.halt()
+            with self.brake.lock:
+                self.brake.refuse_if_latched()
+                self._ask_the_watch()
+                self.brake.sets_off(seconds)
+                self.servos.send(ticks, seconds, ramp, confirmed)
+        except BaseException as error:  # an interrupt too: it may have set off
+            self.broken_off(error)
             raise
-        return tuple(units.POSITION.value(tick) for tick in ticks.values()), seconds
+        self._watch.begin()
+        return tuple(units.POSITION.value(tick) for tick in ticks.values())
 
     def _check_settings(self) -> None:
         """Is every joint still as we set it up? After a restart, or another program, a goal would mean full speed."""
@@ -125,34 +391,23 @@ class Driver(Keeper):
         ]
         if wrong:
             raise NotReady(self.bus.name, wrong)
-        self._profile_s = None
-
-    def guard_violations(self, q) -> tuple:
-        """The joints of `q` outside the guard's hard limits."""
-        return limit_violations(q, self.guard.limits)
 
     def stream_to(self, q, seconds: float) -> Reading:
-        """One small step of a stream: the joints are to be at `q` (rad) in `seconds`. Returns where they are now.
+        """One small step of a stream: the joints are to be at `q` (rad) in `seconds`. Returns where they were.
 
-        The servos' watchdog is armed: if the stream breaks off, they stop by themselves. A step longer than the speed
-        cap allows is refused.
+        The set-points run straight to `q` and stand there: if the stream breaks off, nothing goes further. A step
+        that is longer than the speed cap allows is refused; one that has to catch up takes its time.
         """
         self._ready("position")
         reading = self.watch()
         goal = self.guard.check(q, reading.q)
-        far = max(abs(a - b) for a, b in zip(goal, reading.q, strict=True))
-        if far > STREAM_STEP:
-            raise BadInput(f"the next point of the stream is {math.degrees(far):.1f} deg away; `move_to` it first.")
-        if not self._streaming:
+        if self._streamed is None or not self.brake.moving:
             self._check_settings()
-        ticks = {servo: units.POSITION.raw(angle) for servo, angle in zip(JOINTS, goal, strict=True)}
-        with self._sending:
-            self._refuse_if_stopped()
-            self._holding = False
-            self._stream()
-            self._set_profile(seconds)
-            self.bus.write_all("goal_position", ticks)
-            self._arrival = self.clock.now() + seconds
+            self._streamed = None
+        self.guard.check(goal, reading.aim)
+        took = gate.step_seconds(self.guard, reading, self._streamed, goal, seconds)
+        self._send(goal, took, ramp=0.0, confirmed=False)
+        self._streamed = goal
         return reading
 
     def wait(self, patience_s: float = 1.0) -> Reading:
@@ -163,17 +418,33 @@ class Driver(Keeper):
         try:
             while True:
                 reading = self.watch()
-                late = self.clock.now() - self._arrival
+                late = self.clock.now() - self.brake.arrival
                 if late >= 0 and (max(map(abs, reading.speed)) < RESTING or late > patience_s):
-                    self.leave_stream()
                     return reading
                 self.clock.sleep(LOOK_S)
-        except BaseException:
-            self.halt()
+        except BaseException as error:
+            self.broken_off(error)
             raise
 
+    def arrive(self, goal) -> Reading:
+        """Wait for a move to `goal` (rad) to end; raises `NotArrived` if a joint is not there then, with the cause."""
+        reading = self.wait()
+        gaps = [a - b for a, b in zip(reading.q, goal, strict=True)]
+        worst = max(range(4), key=lambda i: abs(gaps[i]))
+        if abs(gaps[worst]) > ARRIVED:
+            self.halt()
+            servo = JOINTS[worst]
+            symptoms = [one.symptom for one in judge(servo, registers(self.bus, [servo])[servo])
+                        if one.condition.level != "note"]  # fmt: skip
+            cause = "; ".join(symptoms) or "something is in its way, or it carries more than it can"
+            raise NotArrived(worst + 1, gaps[worst], cause)
+        return reading
+
     def velocities(self, speeds) -> tuple[float, ...]:
-        """Turn the joints at `speeds` (rad/s) in velocity mode, for at most `STREAM_WATCHDOG_S` unless repeated."""
+        """Turn the joints at `speeds` (rad/s) in velocity mode, for at most `UNREPEATED_S` unless repeated.
+
+        That is a goal so far ahead, reached at this speed and checked like every other: nothing can make it run on.
+        """
         self._ready("velocity")
         speeds = as_four(speeds, "velocities", "four numbers, one a joint")
         fastest = max(map(abs, speeds))
@@ -182,79 +453,120 @@ class Driver(Keeper):
                 f"`velocities` may be at most {math.degrees(self.guard.speed_cap):.0f} deg/s; "
                 f"got {math.degrees(fastest):.0f}."
             )
-        q = self.watch().q
-        self.guard.check([a + v * STREAM_WATCHDOG_S for a, v in zip(q, speeds, strict=True)], q)
-        raw = {servo: units.VELOCITY.raw(v) for servo, v in zip(JOINTS, speeds, strict=True)}
-        self._send_stream("goal_velocity", raw)
-        return tuple(units.VELOCITY.value(value) for value in raw.values())
+        raw = [units.VELOCITY.raw(v) for v in speeds]
+        speeds = tuple(units.VELOCITY.value(v) for v in raw)
+        reading = self.watch()
+        if self.brake.holding or not self.brake.moving:
+            self._check_settings()
+        if fastest > SLOW and gate.outside(self.guard, reading.q):
+            raise TooFast("an arm outside its limits", fastest, SLOW, UNREPEATED_S * fastest / SLOW)
+        goal = tuple(a + v * UNREPEATED_S for a, v in zip(reading.aim, speeds, strict=True))
+        self.guard.check(goal, reading.q)
+        self._send(self.guard.check(goal, reading.aim), UNREPEATED_S, ramp=0.0, confirmed=False)
+        return speeds
 
     def currents(self, milliamps) -> tuple[float, ...]:
-        """Push with `milliamps` in current mode, for at most `STREAM_WATCHDOG_S` unless repeated."""
+        """Push with `milliamps` in current mode, for at most `UNREPEATED_S` unless repeated; then the arm holds.
+
+        It holds in position mode, and sooner if a joint comes near a limit or the table.
+        """
         self._ready("current")
         milliamps = as_four(milliamps, "currents", "four numbers, one a joint")
         if max(map(abs, milliamps)) > STALL_MA:
             raise BadInput(f"`currents` may be at most {STALL_MA:.0f} mA; got {max(map(abs, milliamps)):.0f}.")
-        self.guard.check(self.watch().q)
+        if wrong := self.monitor.out_of_bounds(self.watch(), self.guard, AHEAD_S):
+            raise wrong.reason
+        if not self.pushing:
+            self._into_current()
         raw = {servo: units.CURRENT.raw(mA) for servo, mA in zip(JOINTS, milliamps, strict=True)}
-        self._send_stream("goal_current", raw)
+        try:
+            with self.brake.lock:
+                self.brake.refuse_if_latched()
+                # Should this program die, the servos' own watchdog ends the push; they are limp then.
+                self.bus.write_all("bus_watchdog", dict.fromkeys(JOINTS, units.WATCHDOG.raw(UNREPEATED_S)))
+                self.bus.write_all("goal_current", raw)
+                self._until = self.clock.now() + UNREPEATED_S
+        except BaseException as error:
+            self.broken_off(error)
+            raise
+        self._watch.begin()
         return tuple(units.CURRENT.value(value) for value in raw.values())
 
-    def _send_stream(self, name: str, raw: dict[int, int]) -> None:
-        with self._sending:
-            self._refuse_if_stopped()
-            self._holding = False
-            self._stream()
-            self.bus.write_all(name, raw)
+    def _into_current(self) -> None:
+        """One servo after the other into current mode, each pushing as it did."""
+        self._come_to_rest()
+        with self._undisturbed():
+            self.pushing, self._until = True, self.clock.now()
+            for servo in JOINTS:
+                self.servos.set_up(servo, "current", on=True)
+            self._until = self.clock.now() + UNREPEATED_S
+
+    # ---- parking ----
 
     def park(self) -> None:
-        """Slowly to the rest pose, then torque off. If the way is blocked the arm stays, torque on, and says why."""
+        """Fold the arm slowly where it stands, then torque off. If the way is blocked it stays, torque on."""
         if not self.torque:
             return
-        self.resume()
+        self.brake.refuse_if_latched()
         if self.mode != "position":
-            self.hold()
-        for goal in (HOME, REST):
-            q = self.read().q
-            far = max(abs(a - b) for a, b in zip(q, goal, strict=True))
-            self.command(goal, max(far / PARK_SPEED, 0.5))
-            self.wait()
-        self.relax()
+            self.set_mode("position")
+        self._check_settings()
+        self._folding = True
+        try:
+            for goal in gate.way_to_rest(self.guard, self._come_to_rest()):
+                self._move(goal, None, min(PARK_SPEED, self.guard.speed_cap))
+                self.wait()
+            self.relax()
+        finally:
+            self._folding = False
 
     # ---- gripper ----
 
-    def grip(self, servo_angle: float, seconds: float = 0.7) -> None:
-        """Turn the gripper's servo to `servo_angle` (rad; negative opens), whichever way its drive mode counts."""
-        self._refuse_if_stopped()
+    def grip(self, servo_angle: float, force: float = GRIP_FORCE, seconds: float = 0.7) -> None:
+        """Turn the gripper's servo to `servo_angle` (rad; negative opens), pressing with at most `force` (N).
+
+        It goes on pressing. Does not wait. Raises `TorqueOff`, `Stopped`, `NotReady` without a gripper.
+        """
+        self.brake.refuse_if_latched()
+        self.asked_at = self.clock.now()
         if not self.condition.has_gripper:
             raise NotReady(self.bus.name, ["no gripper: servo 15 does not answer"])
-        servo = GRIPPER_ID
-        if self.torque and not self.servos.get(servo, "torque_enable"):
-            self._gripper_off()
-        self.servos.slow(servo, seconds)
-        self.servos.put(servo, "goal_position", units.POSITION.raw(self._gripper_sense() * servo_angle))
-
-    def _gripper_off(self) -> None:
-        again(self.bus.check_hardware, [GRIPPER_ID])
-        self._restarted([GRIPPER_ID])
-
-    def gripper(self) -> float:
-        """The angle of the gripper's servo (rad; negative is open)."""
-        raw = self.servos.get(GRIPPER_ID, "present_position")
-        return self._gripper_sense() * units.POSITION.value(raw)
-
-    def _gripper_sense(self) -> int:
-        return -1 if self.servos.get(GRIPPER_ID, "drive_mode") & reg.DRIVE_REVERSE else 1
+        if not self.torque:
+            raise TorqueOff
+        if not self.servos.get(GRIPPER_ID, "torque_enable"):
+            again(self.bus.check_hardware, [GRIPPER_ID])
+            self._restarted([GRIPPER_ID])
+        self.gripper.close_to(servo_angle, force, seconds)
 
     # ---- small parts ----
 
     def _ready(self, mode: str) -> None:
-        self._refuse_if_stopped()
+        self.brake.refuse_if_latched()
+        self.asked_at = self.clock.now()
         if not self.torque:
             raise TorqueOff
         if self.mode != mode:
             raise BadInput(f"the joints are in {self.mode} mode; `robot.write_mode({mode!r})` changes that.")
 
-    def _set_profile(self, seconds: float) -> None:
-        if seconds != self._profile_s:
-            self.servos.slow_all(seconds)
-            self._profile_s = seconds
+    def _servos(self) -> list[int]:
+        return [servo for servo in ARM_IDS if servo in self.condition.servos]
+
+    @contextlib.contextmanager
+    def _undisturbed(self):
+        """The watch does not come between."""
+        before, self.busy = self.busy, True
+        try:
+            yield
+        finally:
+            self.busy = before
+
+
+def _port_lost(error: PortLost) -> PortLost:
+    """The same, with what it means for the arm."""
+    said = str(error).removeprefix(f"{error.port}: ")
+    return PortLost(
+        error.port,
+        f"{said} The arm cannot hear us: it ends its last move by itself and holds there, motors on (the power switch "
+        "is the emergency stop). With the plug back in, `robot.bus.reopen()` goes on.",
+        error.errno,
+    )

@@ -1,12 +1,13 @@
 """`Robot`: the arm in the course's words, degrees and millimetres, virtual or real."""
 
 import contextlib
+import logging
 import math
 from collections.abc import Callable
 
 import numpy as np
 
-from ...arm import CLOSED_DEG, HOME, OPEN_DEG
+from ...arm import CLOSED_DEG, GRIP_FORCE, HOME, IDLE_S, OPEN_DEG
 from ...arrays import as_four
 from ...dh import Chain, DHRow
 from ...errors import BadInput, OmxError
@@ -20,6 +21,9 @@ from ..simulator import VirtualArm, VirtualPort
 from . import shutdown, streaming
 from .discovery import open_bus
 from .driver import Driver, Reading
+from .gripper import Grip
+
+_log = logging.getLogger("omx.robot")
 
 #: Columns of `log`, with units.
 COLUMNS = {
@@ -37,14 +41,18 @@ class Robot:
     `Robot()` is a virtual arm with the same servos, the same bytes and the same SDK as the real one. `Robot("auto")`
     looks for yours; `Robot("/dev/ttyUSB0")`, `Robot("COM5")` name its port. Nothing moves, and no torque is switched
     on, until you call something that says so. Use it in a `with` block: at its end, and after an error, the arm holds,
-    parks, and only then lets go.
+    parks, and only then lets go; after a stop, a stall or an interrupt it holds, and a sentence says how to go on.
 
-    `guard`: limits, table and speed cap. `clock`: time of the virtual arm. Left out, it moves only when
-    somebody waits for it, and in real time once a `RobotPanel` looks on; `Clock(10)` is ten times as fast.
+    `guard`: limits, table, speed cap and payload. `payload_g`: what the gripper carries from the start, without a guard
+    of your own. `idle_s`: an arm that nobody has asked for anything for so long parks; None: never. `clock`: time of
+    the virtual arm. Left out, it moves only when somebody waits for it, and in real time once a `RobotPanel` looks on;
+    `Clock(10)` is ten times as fast. What is worth knowing is said by the logger "omx.robot", in a notebook below the
+    cell.
     Raises `NotReady` with everything that is wrong, or a `PortError`.
     """
 
-    def __init__(self, port=None, *, geometry: Geometry = COURSE, guard: Guard | None = None, clock=None):
+    def __init__(self, port=None, *, geometry: Geometry = COURSE, guard: Guard | None = None, clock=None,
+                 idle_s: float | None = IDLE_S, payload_g: float = 0.0):  # fmt: skip
         self.geometry = geometry
         self.arm: VirtualArm | None = None
         if port is None:
@@ -53,12 +61,16 @@ class Robot:
         self.bus: Bus = open_bus(port) if isinstance(port, str) else Bus(port)
         self._seconds: float | None = None
         try:
-            self.driver = Driver(self.bus, guard or Guard(geometry=geometry))
+            self.driver = Driver(self.bus, guard or Guard(geometry=geometry, payload_g=payload_g), idle_s=idle_s)
         except BaseException:
             self.bus.close()
             raise
         self.clock = self.bus.clock
         shutdown.look_after(self)
+        for warning in self.driver.condition.warnings:
+            _log.warning("%s: %s", self.bus.name, warning)
+        if self.driver.torque:
+            _log.warning("%s: the motors are on; another program left them so. The arm holds.", self.bus.name)
 
     def __repr__(self) -> str:
         kind = "virtual" if self.arm else self.bus.name
@@ -72,9 +84,9 @@ class Robot:
         if kind is None:
             self.close()
             return
-        for step in (self.driver.hold, self.close):  # the reason that brought us here is worth more than what follows
-            with contextlib.suppress(OmxError):
-                step()
+        self.driver.broken_off(error)
+        with contextlib.suppress(OmxError):  # the reason that brought us here is worth more than what follows
+            self.close()
 
     # ---- the course's names: the motors ----
 
@@ -104,24 +116,24 @@ class Robot:
         """Angles (deg), velocities (deg/s) and currents (mA) now: (3, 4), one transaction on the bus."""
         return _in_degrees(self.driver.read())
 
-    def write_gripper(self, opened: bool) -> None:
-        """Open (True) or close (False) the gripper."""
-        self.driver.grip(math.radians(OPEN_DEG if opened else CLOSED_DEG))
+    def write_gripper(self, opened: bool, force: float = GRIP_FORCE) -> None:
+        """Open (True) or close (False) the gripper, and return at once. It presses with at most `force` (N)."""
+        self.driver.grip(math.radians(OPEN_DEG if opened else CLOSED_DEG), force)
 
     def read_gripper(self) -> float:
         """The gripper's servo in degrees: -45 is open, +45 closed."""
-        return math.degrees(self.driver.gripper())
+        return math.degrees(self.driver.gripper.look().angle)
 
     def write_mode(self, mode: str) -> None:
-        """ "position" (the default), "velocity" or "current"."""
+        """What is commanded: "position" (the default), "velocity" or "current". The arm comes to rest and holds."""
         self.driver.set_mode(mode)
 
     def write_velocities(self, deg_per_s) -> np.ndarray:
-        """In velocity mode: turn the joints at these speeds (deg/s). Repeat it: the servos stop after 0.4 s."""
+        """In velocity mode: turn the joints at these speeds (deg/s). Repeat it: unrepeated it ends after 0.4 s."""
         return np.degrees(self.driver.velocities(np.radians(as_four(deg_per_s, "deg_per_s", "four numbers"))))
 
     def write_currents(self, milliamps) -> np.ndarray:
-        """In current mode: push with these currents (mA). Repeat it: the servos stop after 0.4 s."""
+        """In current mode: push with these currents (mA). Repeat it: unrepeated for 0.4 s, the arm holds."""
         return np.array(self.driver.currents(as_four(milliamps, "milliamps", "four numbers")))
 
     # ---- the course's names: kinematics ----
@@ -177,16 +189,44 @@ class Robot:
         return self.driver.read().q
 
     def move_to(self, q_deg, seconds: float | None = None) -> np.ndarray:
-        """Go to four angles (deg) and wait; returns the reading (3, 4) at the end. `seconds`: as for `write_time`."""
-        self.driver.command(np.radians(as_four(q_deg, "q_deg", "four numbers")), seconds)
-        return _in_degrees(self.driver.wait())
+        """Go to four angles (deg) and wait; returns the reading (3, 4) at the end. `seconds`: as for `write_time`.
+
+        Raises `NotArrived` if a joint is not there when the time is over, with the likely cause.
+        """
+        sent, _ = self.driver.command(np.radians(as_four(q_deg, "q_deg", "four numbers")), seconds)
+        return _in_degrees(self.driver.arrive(sent))
 
     def move_to_pose(self, pose_deg, seconds: float | None = None) -> np.ndarray:
         """Go to [x, y, z, pitch] (mm, deg) by the nearest legal branch and wait; returns the reading (3, 4)."""
         target = _task(pose_deg)
         q = solve_ik(target, self.driver.read().q, self.geometry, self.driver.guard.soft_limits)
-        self.driver.command(q.q, seconds)
-        return _in_degrees(self.driver.wait())
+        sent, _ = self.driver.command(q.q, seconds)
+        return _in_degrees(self.driver.arrive(sent))
+
+    def grip(self, force: float = GRIP_FORCE, payload_g: float | None = None) -> Grip:
+        """Close the gripper on something, wait until its fingers stand, and tell what they hold.
+
+        `force` (N) is what either pad presses with, for as long as you like; rubber carries about its weight. With
+        `payload_g` the arm counts on that weight from now on, if there is something. What slips out later makes the
+        arm hold, and raises `ObjectLost`.
+        """
+        self.write_gripper(False, force)
+        found = self.driver.gripper.settle()
+        if payload_g is not None and found.holding:
+            self.driver.carry(payload_g)
+        return found
+
+    def release(self) -> Grip:
+        """Open the gripper and wait; whatever it carried is gone."""
+        self.write_gripper(True)
+        found = self.driver.gripper.settle()
+        self.driver.carry(0.0)
+        return found
+
+    @property
+    def holding(self) -> bool:
+        """True while the gripper holds something between its fingers."""
+        return self.driver.gripper.look().holding
 
     def follow(self, trajectory, rate: float = 50.0, each: Callable[[Reading, float], None] | None = None) -> None:
         """Run an `omx.motion.Trajectory`: the next waypoint is sent `rate` times a second, two periods ahead.
@@ -216,8 +256,8 @@ class Robot:
                         progress(min(t / seconds, 1.0) if seconds else 1.0)
                 if progress:
                     progress(1.0)
-            except BaseException:
-                self.driver.halt()
+            except BaseException as error:
+                self.driver.broken_off(error)
                 raise
         return recorder.log
 
@@ -230,15 +270,15 @@ class Robot:
         self.driver.hold()
 
     def stop(self) -> None:
-        """Stop, and refuse every command until `resume`: what the stop button does, from any thread."""
+        """Stop, and refuse every command, parking too, until `resume`: what the stop button does, from any thread."""
         self.driver.stop()
 
     def resume(self) -> None:
-        """Allow commands again after `stop`."""
+        """Allow commands again after a stop, a stall or an interrupt."""
         self.driver.resume()
 
     def park(self) -> None:
-        """Fold the arm slowly, then switch the motors off."""
+        """Fold the arm slowly where it stands, then switch the motors off."""
         self.driver.park()
 
     def relax(self) -> None:
@@ -250,12 +290,19 @@ class Robot:
         return self.driver.recover()
 
     def close(self) -> None:
-        """Park, motors off, port closed. Closing twice is fine."""
+        """Park, motors off, port closed; a stopped arm holds instead. Closing twice is fine."""
         if not self.bus.is_open:
             return
+        why = self.driver.stopped
         try:
-            self.driver.park()
+            if why is None:
+                why = "it could not park"
+                self.driver.park()
+            else:
+                self.driver.hold()
         finally:
+            if self.driver.torque:
+                shutdown.say_motors_on(self, why)
             self.bus.close()
             shutdown.let_go(self)
 

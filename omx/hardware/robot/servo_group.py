@@ -1,6 +1,7 @@
-"""Single servos, set up and brought to a stand: every step repeated if its answer is lost, and read back.
+"""What is done to the servos on a bus: set up, sent on their way, brought to a stand, each read back.
 
-Nothing here leaves a servo limp that was not: what fails, or is interrupted, half-way switches it on again first.
+All at once, in few transactions; one by one where that fails, or where a motor must go off for it. Nothing here leaves
+a servo limp that was not: what fails, or is interrupted, half-way switches it on again first.
 """
 
 import contextlib
@@ -8,6 +9,7 @@ import math
 
 from ...arm import GRIPPER_ID, JOINT_IDS
 from ...errors import BusCorrupt, BusError, BusTimeout, ServoRefused
+from ..conditions import MENDS
 from ..dynamixel import registers as reg
 from ..dynamixel import units
 from ..dynamixel.bus import Bus
@@ -17,6 +19,16 @@ HOLD_S = 0.2
 HOLD_SLACK = units.ANGLE.raw(math.radians(3.0))
 PROFILE = reg.block("profile_acceleration", "profile_velocity")
 MODES = reg.block("drive_mode", "operating_mode")
+#: A whole motion in one packet: a servo takes all three, or none.
+MOTION = reg.block("profile_acceleration", "profile_velocity", "goal_position")
+#: Where a servo is, and its own set-point with its speed.
+STATE = reg.block("present_position", "velocity_trajectory", "position_trajectory")
+#: What is written at every set-up, in blocks of neighbours.
+SETTINGS = (
+    reg.block("position_d_gain", "position_i_gain", "position_p_gain"),
+    reg.block("feedforward_2nd_gain", "feedforward_1st_gain"),
+    reg.block("bus_watchdog"),
+)
 JOINTS = JOINT_IDS
 
 
@@ -31,10 +43,13 @@ def again(call, *args, times: int = 2):
 
 
 class Servos:
-    """What is done to one servo, or to all joints, of `bus`. Raw values, but for seconds."""
+    """What is done to one servo, or to several, of `bus`. Raw values, but for seconds.
 
-    def __init__(self, bus: Bus):
-        self.bus = bus
+    `limits` are the position limits of each servo, `pwm` the most of its power that each joint may use, both raw.
+    """
+
+    def __init__(self, bus: Bus, limits: dict[int, tuple[int, int]], pwm: dict[int, int]):
+        self.bus, self.limits, self.pwm = bus, limits, pwm
 
     def get(self, servo: int, name: str) -> int:
         """A register, asked for three times if need be."""
@@ -48,8 +63,65 @@ class Servos:
         """One register of the four joints."""
         return again(self.bus.read_all, JOINTS, name)
 
+    def put_all(self, what: reg.Block, values: dict[int, tuple[int, ...]]) -> None:
+        """A block of registers of each servo, in one packet, read back: nobody confirms a packet to all."""
+        left = values
+        for _ in range(3):
+            self.bus.write_block(what, left)
+            found = again(self.bus.read_block, list(values), what)
+            left = {servo: wanted for servo, wanted in values.items() if found[servo] != wanted}
+            if not left:
+                return
+        servo, wanted = next(iter(left.items()))
+        pairs = zip(what.registers, wanted, found[servo], strict=True)
+        row, value, got = next(pair for pair in pairs if pair[1] != pair[2])
+        raise ServoRefused(self.bus.name, f"take {row.name} = {value}", servo, 0, f"it reads back {got}")
+
+    # ---- switching on ----
+
+    def switch_on(self, servos: list[int]) -> None:
+        """Set up for position mode and switch on, each where it stands, those that are on without letting go."""
+        modes = again(self.bus.read_block, servos, MODES)
+        on = again(self.bus.read_all, servos, "torque_enable")
+        wrong = {servo: self._wanted(servo, modes[servo][0], "position") for servo in servos}
+        wrong = {servo: wanted for servo, wanted in wrong.items() if modes[servo] != wanted}
+        limp = {servo: wanted for servo, wanted in wrong.items() if not on[servo]}
+        if limp:
+            self.put_all(MODES, limp)
+        for servo in wrong:
+            if on[servo]:  # its motor must go off for it: one after the other, so that the others hold
+                self.set_up(servo, "position", on=True)
+        self._mend(servos)
+        state = again(self.bus.read_block, servos, STATE)
+        off = {servo: self.within_limits(servo, state[servo][0]) for servo in servos if not on[servo]}
+        total = units.MILLISECONDS.raw(HOLD_S)
+        if held := [servo for servo in servos if on[servo] and servo not in wrong]:
+            self.put_all(PROFILE, dict.fromkeys(held, (total // 4, total)))
+        if off:
+            self.put_all(MOTION, {servo: (total // 4, total, goal) for servo, goal in off.items()})
+            self.put_all(reg.block("torque_enable"), dict.fromkeys(off, (1,)))
+
+    def _mend(self, servos) -> None:
+        """What other programs may have left behind, and how hard the joints may push."""
+        for what in SETTINGS:
+            wanted = tuple(MENDS[row.name] for row in what.registers)
+            found = again(self.bus.read_block, servos, what)
+            if wrong := [servo for servo in servos if found[servo] != wanted]:
+                self.put_all(what, dict.fromkeys(wrong, wanted))
+        if pushes := {servo: (self.pwm[servo],) for servo in servos if servo in self.pwm}:
+            self.put_all(reg.block("goal_pwm"), pushes)
+
+    def _wanted(self, servo: int, drive: int, mode: str) -> tuple[int, int]:
+        """Drive mode and operating mode: time-based profiles; only the gripper may count backwards.
+
+        It holds its position with no more current than it is given, so that it can press on something for good.
+        """
+        mode = "current_position" if servo == GRIPPER_ID else mode
+        reverse = drive & reg.DRIVE_REVERSE if servo == GRIPPER_ID else 0
+        return reg.DRIVE_TIME_BASED | reverse, reg.MODES[mode]
+
     def set_up(self, servo: int, mode: str, on: bool) -> None:
-        """Drive mode, operating mode, both read back; profile, read back; goal := present; torque. In this order.
+        """One servo: modes, both read back; what others left; profile, read back; goal := present; torque.
 
         Drive and operating mode live in the EEPROM, which is locked while the torque is on. Only if one of them is
         wrong does the torque go off, for some milliseconds.
@@ -58,8 +130,7 @@ class Servos:
         push = self.get(servo, "present_current") if was_on else 0
         try:
             self._choose_modes(servo, mode)
-            if self.get(servo, "bus_watchdog"):
-                self.put(servo, "bus_watchdog", 0)
+            self._mend([servo])
             self.slow(servo)
             if not self.get(servo, "torque_enable"):
                 self._goal_here(servo, mode, push)
@@ -72,8 +143,7 @@ class Servos:
 
     def _choose_modes(self, servo: int, mode: str) -> None:
         drive = self.get(servo, "drive_mode")
-        reverse = drive & reg.DRIVE_REVERSE if servo == GRIPPER_ID else 0
-        wanted = {"drive_mode": reg.DRIVE_TIME_BASED | reverse, "operating_mode": reg.MODES[mode]}
+        wanted = dict(zip(("drive_mode", "operating_mode"), self._wanted(servo, drive, mode), strict=True))
         if drive == wanted["drive_mode"] and self.get(servo, "operating_mode") == wanted["operating_mode"]:
             return
         self.put(servo, "torque_enable", 0)
@@ -84,74 +154,59 @@ class Servos:
 
     def _goal_here(self, servo: int, mode: str, push: int) -> None:
         """The goal that keeps a servo where it is; after a change of mode the goal current is the *greatest*."""
-        if mode == "position":
-            self.put(servo, "goal_position", self.here(servo))
-        elif mode == "velocity":
-            self.put(servo, "goal_velocity", 0)
-        else:
+        if mode == "current":
             self.put(servo, "goal_current", push)
+        else:
+            self.put(servo, "goal_position", self.within_limits(servo, self.get(servo, "present_position")))
 
-    def here(self, servo: int) -> int:
-        """Where it is, as a goal that it takes."""
-        return self._within_limits(servo, self.get(servo, "present_position"))
-
-    def _within_limits(self, servo: int, position: int) -> int:
-        return min(max(position, self.get(servo, "min_position_limit")), self.get(servo, "max_position_limit"))
+    def within_limits(self, servo: int, position: int) -> int:
+        """`position`, or the nearest that the servo takes as a goal."""
+        low, high = self.limits[servo]
+        return min(max(position, low), high)
 
     def slow(self, servo: int, seconds: float = HOLD_S) -> None:
         """A profile of `seconds`, read back: 0, its value after a restart, is full speed."""
         total = units.MILLISECONDS.raw(seconds)
-        for name, value in _profile(total):
-            self.put(servo, name, value)
-        if again(self.bus.read_block, [servo], PROFILE)[servo] != (total // 4, total):
-            raise ServoRefused(self.bus.name, "take its motion profile", servo, 0, "it reads back another one")
-
-    def slow_all(self, seconds: float) -> None:
-        """The same for the joints, in five transactions: a trapezoid with a quarter of the time at either end."""
-        total = units.MILLISECONDS.raw(seconds)
-        for _ in range(3):
-            for name, value in _profile(total):
-                self.bus.write_all(name, dict.fromkeys(JOINTS, value))
-            found = again(self.bus.read_block, JOINTS, PROFILE)
-            wrong = {servo: got for servo, got in found.items() if got != (total // 4, total)}
-            if not wrong:
-                return
-        servo, got = next(iter(wrong.items()))
-        raise ServoRefused(self.bus.name, "take its motion profile", servo, 0, f"it reads back {got}")
-
-    def send(self, goals: dict[int, int]) -> None:
-        """Goal positions, all in one packet, read back: nobody confirms a packet to all."""
-        for _ in range(3):
-            self.bus.write_all("goal_position", goals)
-            found = self.of_joints("goal_position")
-            wrong = [servo for servo in goals if found[servo] != goals[servo]]
-            if not wrong:
-                return
-        raise ServoRefused(self.bus.name, f"go to {goals[wrong[0]]}", wrong[0], 0, "its goal stays what it was")
-
-    def hold(self, servo: int) -> None:
-        """Stand still where it is, in position mode with the torque on."""
-        present, aim = self.get(servo, "present_position"), self.get(servo, "position_trajectory")
-        if abs(aim - present) <= HOLD_SLACK:  # holding what it aims at, it does not sag a little more each time
-            present = aim
-        self.put(servo, "profile_acceleration", 0)
-        self.put(servo, "profile_velocity", units.MILLISECONDS.raw(HOLD_S))
-        self.put(servo, "goal_position", self._within_limits(servo, present))
+        self.put_all(PROFILE, {servo: (total // 4, total)})
 
     def catch(self, servo: int) -> bool:
         """Switch a servo on again where it is, whatever its mode. True if it then has torque."""
         with contextlib.suppress(BusError):
             if not self.get(servo, "torque_enable"):
-                number = self.get(servo, "operating_mode")
-                mode = next((name for name, value in reg.MODES.items() if value == number), "position")
-                if mode not in ("velocity", "current"):
+                mode = "current" if self.get(servo, "operating_mode") == reg.MODES["current"] else "position"
+                if mode == "position":
                     self.slow(servo)
-                    mode = "position"
                 self._goal_here(servo, mode, 0)
                 self.put(servo, "torque_enable", 1)
             return True
         return False
 
+    # ---- moving and standing ----
 
-def _profile(total: int):
-    return ("profile_acceleration", 0), ("profile_velocity", total), ("profile_acceleration", total // 4)
+    def state(self) -> dict[int, tuple[int, int, int]]:
+        """Of each joint: where it is, and its own set-point's speed and place (raw)."""
+        return again(self.bus.read_block, JOINTS, STATE)
+
+    def send(self, goals: dict[int, int], seconds: float, ramp: float, confirmed: bool = True) -> None:
+        """Goal positions, to be reached in `seconds` of which the share `ramp` speeds up, all in one packet.
+
+        Read back, unless the next one of a stream comes before that could help.
+        """
+        total = units.MILLISECONDS.raw(seconds)
+        motions = {servo: (int(ramp * total), total, goal) for servo, goal in goals.items()}
+        self.put_all(MOTION, motions) if confirmed else self.bus.write_block(MOTION, motions)
+
+    def stand(self) -> None:
+        """All joints stop where they are, in three transactions. A set-point that is near stays: no sag is added."""
+        goals = {servo: self._where_to_stand(servo, *state) for servo, state in self.state().items()}
+        self.send(goals, HOLD_S, ramp=0.0)
+
+    def stand_alone(self, servo: int) -> None:
+        """The same for one servo, each step confirmed."""
+        state = again(self.bus.read_block, [servo], STATE, times=3)[servo]
+        self.put(servo, "profile_acceleration", 0)
+        self.put(servo, "profile_velocity", units.MILLISECONDS.raw(HOLD_S))
+        self.put(servo, "goal_position", self._where_to_stand(servo, *state))
+
+    def _where_to_stand(self, servo: int, present: int, _, aim: int) -> int:
+        return self.within_limits(servo, aim if abs(aim - present) <= HOLD_SLACK else present)

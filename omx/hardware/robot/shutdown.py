@@ -2,14 +2,16 @@
 
 import atexit
 import contextlib
+import logging
 import sys
 import weakref
 
 _open = weakref.WeakSet()
+_log = logging.getLogger("omx.robot")
 
 
 def look_after(robot) -> None:
-    """From now on: a notebook cell that ends in an error makes `robot` hold, the end of the program parks it."""
+    """From now on a notebook cell that ends in an error makes `robot` hold, and so does the end of the program."""
     _open.add(robot)
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython else None
@@ -22,19 +24,35 @@ def let_go(robot) -> None:
     _open.discard(robot)
 
 
+def say_motors_on(robot, why: str) -> None:
+    """One sentence for whoever leaves an arm with its motors on: that they are, and how to go on."""
+    again = "Robot()" if robot.arm else f"Robot({robot.bus.name!r})"
+    _log.warning(
+        "%s: %s, so the arm holds, and its MOTORS ARE ON: `robot = %s` and `robot.park()` fold it and switch them off; "
+        "or support the arm and switch off its power.",
+        robot.bus.name, why, again,
+    )  # fmt: skip
+
+
 def _after_cell(result) -> None:
     """A cell that ends in an error, or is interrupted, while an arm moves makes that arm hold."""
-    for robot in list(_open) if result.error_in_exec else ():
+    error = result.error_in_exec
+    for robot in list(_open) if error else ():
         if robot.bus.is_open and robot.driver.moving:
-            robot.driver.halt()
+            robot.driver.broken_off(error)
 
 
 @atexit.register
 def _at_exit() -> None:
-    """A program that ends without `close`: a real arm holds and parks; a virtual one has nothing to fall."""
+    """A program that ends without `close`, a kernel that is restarted: nobody may be near the arm, so it holds.
+
+    A fork of the program comes by here, too; its ports are closed.
+    """
     for robot in list(_open):
-        with contextlib.suppress(Exception):
-            if robot.arm is None:
-                robot.__exit__(SystemExit, None, None)
-            else:
+        if robot.bus.is_open:
+            with contextlib.suppress(Exception):
+                if robot.driver.torque and not robot.arm:
+                    robot.driver.halt()
+                    say_motors_on(robot, "the program ended without `robot.close()`")
+            with contextlib.suppress(Exception):
                 robot.bus.close()

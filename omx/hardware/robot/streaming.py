@@ -24,8 +24,8 @@ def follow(driver: Driver, trajectory, rate: float, each: Callable[[Reading, flo
             reading = driver.stream_to(trajectory.at(t + period), 2 * period)
             if each:
                 each(reading, t)
-    except BaseException:
-        driver.halt()
+    except BaseException as error:
+        driver.broken_off(error)
         raise
     driver.wait()
 

@@ -120,9 +120,11 @@ def _setting(text: str) -> tuple[str, int]:
     name, _, value = text.partition("=")
     row = register(name)
     try:
-        return row.name, int(value, 0)
+        number = int(value, 0)
     except ValueError:
         raise BadInput(f"--set takes NAME=VALUE with a whole number, homing_offset=-400; got {text!r}.") from None
+    row.encode(number)  # refuses what the register cannot hold
+    return row.name, number
 
 
 def _end(given):

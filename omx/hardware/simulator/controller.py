@@ -38,10 +38,11 @@ class Controller:
         target, speed = goal
         if mode == MODES["velocity"]:
             return Drive(limit, speed=speed)
+        voltage = limit
         if mode == MODES["current_position"]:
             limit = min(limit, abs(push))
         self._gather(table["position_i_gain"], target - at, limit, dt)
-        return Drive(limit, self._integral, STIFFNESS * table["position_p_gain"] / _P_GAIN, target)
+        return Drive(limit, self._integral, STIFFNESS * table["position_p_gain"] / _P_GAIN, target, full=voltage)
 
     def _gather(self, gain: int, error: float, limit: float, dt: float):
         """The manual's scales: P / 128 of the error, and I / 65536 of it every millisecond.

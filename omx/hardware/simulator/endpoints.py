@@ -7,8 +7,6 @@ import socket
 import struct
 import sys
 
-from ..dynamixel.serial_line import BUSY_NOTE
-
 LOOPBACK = "127.0.0.1"
 _TCGETS2 = 0x802C542A  # Linux: struct termios2, whose last two fields are the speeds in bits per second
 _TERMIOS2 = struct.Struct("4I20B2I")
@@ -38,8 +36,6 @@ class TcpEnd:
         if _readable(self._listener):
             newcomer, _ = self._listener.accept()
             if self._client and not self._gone():
-                with contextlib.suppress(OSError):
-                    newcomer.send(BUSY_NOTE)
                 newcomer.close()
             else:
                 self.hang_up()

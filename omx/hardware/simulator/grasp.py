@@ -3,11 +3,9 @@
 from dataclasses import dataclass
 from math import isfinite
 
-from ...arm import FINGER_PER_RAD, GRAVITY, OPENING_AT_ZERO
+from ...arm import FINGER_PER_RAD, GRAVITY, GRIP_TORQUE_PER_N, OPENING_AT_ZERO
 from ...errors import BadInput
 
-#: Torque (Nm) at the gripper's servo for each N with which either pad presses: the pads close by 23 mm a rad.
-TORQUE_PER_N = 2 * -FINGER_PER_RAD / 1000
 #: How much of the pads' pressure carries weight: rubber on wood, paper or most plastics, on the safe side.
 MU = 0.5
 
@@ -35,6 +33,11 @@ class Grasped:
         """The force (N) of either pad on it, at an angle (rad) of the gripper's servo."""
         opening = OPENING_AT_ZERO + 2 * FINGER_PER_RAD * servo_angle
         return max(self.width - opening, 0.0) / 2 * self.stiffness
+
+    def balance(self, torque: float) -> float:
+        """The angle (rad) of the gripper's servo at which it is pressed with `torque` (Nm)."""
+        opening = self.width - 2 * max(torque, 0.0) / GRIP_TORQUE_PER_N / self.stiffness
+        return (opening - OPENING_AT_ZERO) / (2 * FINGER_PER_RAD)
 
     def slips(self, force: float) -> bool:
         """Whether pads that press with `force` (N) are too weak to carry it."""

@@ -23,7 +23,11 @@ STICTION = 1.02
 
 
 class Drive(NamedTuple):
-    """What the controller asks of the motor: torque + stiffness (target - angle), at most `limit`; or a `speed`."""
+    """What the controller asks of the motor: torque + stiffness (target - angle), at most `limit`; or a `speed`.
+
+    `full`, where it is not `limit`: the torque that the voltage allows. A current that is limited pushes weakly, but
+    what it can move it moves as fast as the voltage turns the motor.
+    """
 
     limit: float = 0.0
     torque: float = 0.0
@@ -31,6 +35,7 @@ class Drive(NamedTuple):
     target: float = 0.0
     speed: float | None = None
     damping: float = DAMPING
+    full: float = 0.0
 
 
 COAST = Drive(damping=COASTING)
@@ -50,6 +55,7 @@ class Joint:
         self.speed = 0.0
         self.effort = 0.0
         self._lean = 0.0
+        self.contact = inf  # where what it presses on balances its motor: it goes no further, though the stop is beyond
 
     @property
     def link(self) -> float:
@@ -82,7 +88,8 @@ class Joint:
         if abs(torque + load) <= STICTION * self.friction:
             return
         friction = copysign(self.friction, torque + load)
-        free = (torque + load - friction) / drive.damping
+        wins = drive.full and torque * (torque + load) > 0
+        free = ((copysign(drive.full, torque) if wins else torque) + load - friction) / drive.damping
         speed = _within(free, self._aimed(drive, wanted + load - friction, dt))
         self.speed = self._up_to_stop(speed, dt)
         if self.speed == speed:
@@ -97,7 +104,7 @@ class Joint:
     def _up_to_stop(self, speed: float, dt: float) -> float:
         """`speed`, or less if a stop is in the way within `dt`."""
         if speed > 0:
-            return min(speed, max(self.high - self.angle, 0.0) / dt)
+            return min(speed, max(min(self.high, self.contact) - self.angle, 0.0) / dt)
         return max(speed, min(self.low - self.angle, 0.0) / dt)
 
 

@@ -5,15 +5,15 @@ fixed grid that begins at 0, so it does not depend on how often anyone asked.
 """
 
 import threading
-from math import ceil, degrees, isfinite, pi, radians
+from math import ceil, degrees, inf, isfinite, pi, radians
 
-from ...arm import ARM_IDS, FINGER_PER_RAD, FINGERS, HOME, OPENING_AT_ZERO, STOPS, SUPPLY_VOLTS
+from ...arm import ARM_IDS, FINGER_PER_RAD, FINGERS, GRIP_TORQUE_PER_N, HOME, OPENING_AT_ZERO, STOPS, SUPPLY_VOLTS
 from ...errors import BadInput
 from .. import gravity
 from ..dynamixel import registers as reg
 from .encoder import Encoder
 from .faults import Faults
-from .grasp import TORQUE_PER_N, Grasped
+from .grasp import Grasped
 from .joint import Joint
 from .servo import Servo
 from .servo_chain import Line
@@ -82,9 +82,7 @@ class VirtualArm:
         for servo_id, registers in settings.items():
             servo = self.servo(servo_id)
             for name, value in registers.items():
-                row = reg.register(name)
-                row.encode(value)  # refuses what the register cannot hold
-                servo.set(row.name, value)
+                servo.set(reg.register(name).name, value)
             servo.start(0.0)
 
     def servo(self, servo_id: int) -> Servo:
@@ -219,25 +217,26 @@ class VirtualArm:
         self._power()
         drives = [servo.drive(time, STEP_S) for servo in self.servos]
         held = not any(servo.been_on for servo in self.servos)
-        on_grip, carried_g = self._grasp()
+        on_grip, carried_g = self._grasp(drives[4].limit)
         weight = gravity.torques(*(joint.angle for joint in joints[1:4]), (self.payload_g + carried_g) / 1000)
         loads = (0.0, *((0.0,) * 3 if held else weight), -on_grip)
         for joint, drive, load, push in zip(joints, drives, loads, self._hand, strict=True):
             joint.settle(drive, load + push, STEP_S)
         self._rest_on_table(drives)
 
-    def _grasp(self) -> tuple[float, float]:
+    def _grasp(self, limit: float) -> tuple[float, float]:
         """The torque (Nm) with which what is between the fingers keeps them open, and the mass that they carry (g)."""
-        it = self._between
+        it, joint = self._between, self.joints[4]
+        joint.contact = it.balance(limit - joint.friction) if it else inf
         if it is None:
             return 0.0, 0.0
-        force = it.pressed(self.joints[4].angle)
+        force = it.pressed(joint.angle)
         if it.carried and it.slips(force):
-            self._between = None
+            self._between, joint.contact = None, inf
             self.disturb()
             return 0.0, 0.0
         it.carried = force > 0 and not it.slips(force)
-        return force * TORQUE_PER_N, it.mass_g if it.carried else 0.0
+        return force * GRIP_TORQUE_PER_N, it.mass_g if it.carried else 0.0
 
     def _rest_on_table(self, drives):
         """A limp arm falls until it lies on the table."""

@@ -1,0 +1,310 @@
+"""What an arm must be and how it must be set, one row a condition. `Robot` refuses by these rows, sets back what other
+programs left behind, and warns; the doctor tells the same rows. Reads only.
+"""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+from ..arm import (
+    ARM_IDS,
+    FEWEST_VOLTS,
+    GRIPPER_ID,
+    HOLDING_TORQUE,
+    JOINT_IDS,
+    LIMITS,
+    MODEL,
+    MOST_DEGREES,
+    OLDEST_FIRMWARE,
+    SOFT_MARGIN,
+    STALL_TORQUE,
+    WARN_DEGREES,
+    WARN_VOLTS,
+)
+from ..errors import BusError
+from .dynamixel import registers as reg
+from .dynamixel import units
+from .dynamixel.bus import Bus
+
+#: The registers that the rows judge, in blocks of neighbours: one transaction each, whatever the number of servos.
+BLOCKS = (
+    reg.block("return_delay_time", "drive_mode", "operating_mode", "secondary_id"),
+    reg.block("homing_offset"),
+    reg.block("temperature_limit", "max_voltage_limit", "min_voltage_limit", "pwm_limit", "current_limit"),
+    reg.block("velocity_limit", "max_position_limit", "min_position_limit"),
+    reg.block("startup_configuration"),
+    reg.block("shutdown", "torque_enable"),
+    reg.block("hardware_error"),
+    reg.block("position_d_gain", "position_i_gain", "position_p_gain"),
+    reg.block("feedforward_2nd_gain", "feedforward_1st_gain"),
+    reg.block("bus_watchdog"),
+    reg.block("goal_pwm", "goal_current", "goal_velocity", "profile_acceleration", "profile_velocity", "goal_position"),
+    reg.block("present_position", "velocity_trajectory", "position_trajectory", "present_voltage",
+              "present_temperature"),
+)  # fmt: skip
+HEALTH = reg.block("present_voltage", "present_temperature")
+
+_FULL_PWM = reg.REGISTERS["goal_pwm"].high
+#: With less PWM than this the stretched arm cannot be held up.
+WEAK_PWM = math.ceil(1.1 * HOLDING_TORQUE / STALL_TORQUE * _FULL_PWM)
+#: The errors that must switch a servo off: overheated, shock, overload.
+PROTECTION = reg.REGISTERS["shutdown"].default
+#: The temperature limit from the factory: the servo gives up there.
+_HOTTEST = reg.REGISTERS["temperature_limit"].default
+_GAINS = (*reg.block("position_d_gain", "position_i_gain", "position_p_gain").registers,
+          *reg.block("feedforward_2nd_gain", "feedforward_1st_gain").registers)  # fmt: skip
+
+
+class Condition(NamedTuple):
+    """One row. `found(servo, at)` gives the facts for the text where the condition holds, None where it does not.
+
+    `at` maps names to raw values and must have those that `needs` names. A "fault" forbids driving, a "warning" is
+    said, a "note" is for the doctor; what `mend` maps to values is written back when the motors are switched on, and
+    forbids nothing.
+    """
+
+    key: str
+    level: str
+    needs: tuple[str, ...]
+    found: Callable[[int, dict[str, int]], dict | None]
+    symptom: str
+    cause: str
+    remedy: str
+    mend: dict[str, int] | None = None
+
+
+class Found(NamedTuple):
+    """A condition that holds for one servo, with the facts for its text."""
+
+    condition: Condition
+    servo: int
+    facts: dict
+
+    def __str__(self) -> str:
+        row = self.condition
+        return f"{row.symptom}. {row.remedy}".format(servo=self.servo, **self.facts)
+
+    @property
+    def symptom(self) -> str:
+        """What is the case, in words."""
+        return self.condition.symptom.format(servo=self.servo, **self.facts)
+
+    @property
+    def forbids(self) -> bool:
+        """True if the arm must not be driven like this, and switching on does not mend it."""
+        return self.condition.level == "fault" and self.condition.mend is None
+
+    @property
+    def warns(self) -> bool:
+        """True if it should be said when the arm is opened."""
+        return self.condition.level == "warning" and self.condition.mend is None
+
+
+def judge(servo: int, at: dict[str, int]) -> list[Found]:
+    """Every row that holds for `servo`, of those that the registers in `at` can tell."""
+    rows = [row for row in CONDITIONS if all(name in at for name in row.needs)]
+    facts = [(row, row.found(servo, at)) for row in rows]
+    return [Found(row, servo, fact) for row, fact in facts if fact is not None]
+
+
+def registers(bus: Bus, servos) -> dict[int, dict[str, int]]:
+    """All that the rows judge, of `servos`: id -> name -> raw value. A lost answer is asked for again."""
+    at: dict[int, dict[str, int]] = {servo: {} for servo in servos}
+    for what in BLOCKS:
+        try:
+            found = bus.read_block(servos, what)
+        except BusError:
+            found = bus.read_block(servos, what)
+        for servo, values in found.items():
+            at[servo] |= {row.name: value for row, value in zip(what.registers, values, strict=True)}
+    return at
+
+
+# ---- what the rows ask: each gives the facts for its text, or None ----
+
+
+def _when(test: Callable[[dict], bool], only=ARM_IDS, **facts) -> Callable:
+    """Facts computed from the registers if `test` is true of them and the servo is one of `only`."""
+
+    def found(servo, at):
+        return {name: fact(at) for name, fact in facts.items()} if servo in only and test(at) else None
+
+    return found
+
+
+def _unit(name: str) -> Callable:
+    return lambda at: units.unit_of(name).value(at[name])
+
+
+def hardware_words(bits: int) -> dict[str, str]:
+    """The bits of register 70 in words, and what brings them about."""
+    known = [bit for bit in reg.HARDWARE_ERRORS if bits & bit]
+    words = ", ".join(reg.HARDWARE_ERRORS[bit] for bit in known) or f"unknown error {bits:#04x}"
+    return {"words": words, "reason": "; ".join(REASONS[bit] for bit in known) or "the servo's manual does not say"}
+
+
+#: Why a servo reports a hardware error, by the bit of register 70.
+REASONS = {
+    0x01: "its voltage was outside 9.5 .. 16 V: a weak supply, or all joints pushing at once",
+    0x04: "it got hotter than its limit, 80 degrees C",
+    0x08: "its encoder cannot be read: a knock, or a broken servo",
+    0x10: "an electrical shock, or too little power for its motor",
+    0x20: "it pushed hard for longer than it can: something blocks the joint, or the load is above 500 g",
+}
+
+
+def _without_profile(torque: int) -> Callable:
+    def found(servo, at):
+        reasons = [] if at["drive_mode"] & reg.DRIVE_TIME_BASED else ["its drive mode is not time-based"]
+        reasons += [] if at["profile_velocity"] else ["its profile velocity is 0"]
+        return {"why": " and ".join(reasons)} if reasons and at["torque_enable"] == torque else None
+
+    return found
+
+
+def _narrow(servo, at):
+    if servo not in JOINT_IDS:
+        return None
+    low, high = (units.POSITION.value(at[f"{end}_position_limit"]) for end in ("min", "max"))
+    least, most = LIMITS[JOINT_IDS.index(servo)]
+    narrow = low > least + SOFT_MARGIN or high < most - SOFT_MARGIN
+    return {"low": math.degrees(low), "high": math.degrees(high)} if narrow else None
+
+
+def _offset(servo, at):
+    if servo not in JOINT_IDS or not at["homing_offset"]:
+        return None
+    degrees = math.degrees(units.ANGLE.value(at["homing_offset"]))
+    return {"joint": JOINT_IDS.index(servo) + 1, "degrees": degrees, "ticks": at["homing_offset"]}
+
+
+def _obeys_another(servo, at):
+    return {"other": at["secondary_id"]} if at["secondary_id"] in set(ARM_IDS) - {servo} else None
+
+
+def _gains(servo, at):
+    wrong = [f"{row.name} {at[row.name]} (right: {row.default})" for row in _GAINS if at[row.name] != row.default]
+    return {"what": ", ".join(wrong)} if wrong else None
+
+
+_SUPPLY = "Use the arm's own 12 V, 5 A supply, and look for a half-open switch or plug."
+_EEPROM = (
+    "It is in the EEPROM. Support the arm; `from omx.hardware.dynamixel.bus import Bus`, `bus = Bus(PORT)`, "
+    "`bus.write({servo}, 'torque_enable', 0)`, "
+)
+_SET_BACK = "`robot.write_motor_state(True)` sets it back where the arm stands."
+
+CONDITIONS = (
+    # ---- what they are ----
+    Condition("wrong_model", "fault", ("model_number",),
+              _when(lambda at: at["model_number"] != MODEL, model=lambda at: at["model_number"]),
+              f"servo {{servo}} is model {{model}}, not {MODEL} (XM430-W350)",
+              "another arm, or another servo was built in",
+              "This book drives the OpenMANIPULATOR-X only; XL430 and XL330 servos belong to its newer relatives."),
+    Condition("old_firmware", "fault", ("firmware_version",),
+              _when(lambda at: at["firmware_version"] < OLDEST_FIRMWARE, firmware=lambda at: at["firmware_version"]),
+              f"servo {{servo}} has firmware {{firmware}}; {OLDEST_FIRMWARE} is the oldest that will do",
+              f"moves of a given time came with firmware {OLDEST_FIRMWARE}",
+              "Update it with DYNAMIXEL Wizard (Windows, macOS, Linux), one servo at a time."),
+    # ---- how they are ----
+    Condition("hardware_error", "fault", ("hardware_error",),
+              lambda servo, at: hardware_words(at["hardware_error"]) if at["hardware_error"] else None,
+              "servo {servo} reports: {words}", "{reason}",
+              "Support the arm, remove the cause, then `robot.recover()`: only a reboot clears it."),
+    Condition("low_voltage", "fault", ("present_voltage",),
+              _when(lambda at: at["present_voltage"] < 10 * FEWEST_VOLTS, volts=_unit("present_voltage")),
+              f"servo {{servo}} has {{volts:.1f}} V; {FEWEST_VOLTS:.0f} V are the least", "no or the wrong supply",
+              _SUPPLY),
+    Condition("weak_voltage", "warning", ("present_voltage",),
+              _when(lambda at: 10 * FEWEST_VOLTS <= at["present_voltage"] < 10 * WARN_VOLTS,
+                    volts=_unit("present_voltage")),
+              "servo {servo} has only {volts:.1f} V", "a weak supply or a long cable", _SUPPLY),
+    Condition("hot", "fault", ("present_temperature",),
+              _when(lambda at: at["present_temperature"] >= MOST_DEGREES, degrees=_unit("present_temperature")),
+              "servo {servo} is at {degrees:.0f} degrees C", "it holds a load for long, or something blocks it",
+              "Park the arm, motors off, and let it cool below 50."),
+    Condition("warm", "warning", ("present_temperature",),
+              _when(lambda at: WARN_DEGREES <= at["present_temperature"] < MOST_DEGREES,
+                    degrees=_unit("present_temperature")),
+              "servo {servo} is at {degrees:.0f} degrees C", "it holds a load for long",
+              "Park the arm between two runs."),
+    # ---- how they are set, for good ----
+    Condition("homing_offset", "fault", ("homing_offset",), _offset,
+              "joint {joint} reads {degrees:.1f} deg more than it should: servo {servo} has a homing offset of {ticks} "
+              "ticks",
+              "another program's calibration wrote it into the EEPROM of servo {servo}",
+              _EEPROM + "`bus.write({servo}, 'homing_offset', 0)`."),
+    Condition("gripper_offset", "warning", ("homing_offset",),
+              _when(lambda at: at["homing_offset"], (GRIPPER_ID,), ticks=lambda at: at["homing_offset"]),
+              "the gripper, servo {servo}, has a homing offset of {ticks} ticks: it opens and closes elsewhere",
+              "another program's calibration wrote it", _EEPROM + "`bus.write({servo}, 'homing_offset', 0)`."),
+    Condition("narrow_limits", "fault", ("min_position_limit", "max_position_limit"), _narrow,
+              "servo {servo} refuses goals outside {low:.0f} .. {high:.0f} deg (data limit error)",
+              "its position limits, registers 48 and 52, were changed",
+              _EEPROM + "`bus.write({servo}, 'max_position_limit', 4095)`, "
+              "`bus.write({servo}, 'min_position_limit', 0)`."),
+    Condition("low_pwm_limit", "fault", ("pwm_limit",),
+              _when(lambda at: at["pwm_limit"] < WEAK_PWM, JOINT_IDS, percent=_unit("pwm_limit")),
+              "servo {servo} has a PWM limit of {percent:.0f} %: it cannot hold the arm up",
+              "another program changed register 36", _EEPROM + "`bus.write({servo}, 'pwm_limit', 885)`."),
+    Condition("no_shutdown", "fault", ("shutdown",),
+              _when(lambda at: at["shutdown"] & PROTECTION != PROTECTION, mask=lambda at: at["shutdown"]),
+              "servo {servo} does not switch itself off when it is overloaded or too hot (shutdown mask {mask})",
+              "another program changed register 63", _EEPROM + f"`bus.write({{servo}}, 'shutdown', {PROTECTION})`."),
+    Condition("high_heat_limit", "fault", ("temperature_limit",),
+              _when(lambda at: at["temperature_limit"] > _HOTTEST, degrees=_unit("temperature_limit")),
+              f"servo {{servo}} does not switch itself off before {{degrees:.0f}} degrees C; {_HOTTEST} is right",
+              "another program changed register 31",
+              _EEPROM + f"`bus.write({{servo}}, 'temperature_limit', {_HOTTEST})`."),
+    Condition("low_heat_limit", "warning", ("temperature_limit",),
+              _when(lambda at: at["temperature_limit"] <= MOST_DEGREES, degrees=_unit("temperature_limit")),
+              "servo {servo} switches itself off at {degrees:.0f} degrees C already: then the arm falls",
+              "another program changed register 31",
+              _EEPROM + f"`bus.write({{servo}}, 'temperature_limit', {_HOTTEST})`."),
+    Condition("secondary_id", "fault", ("secondary_id",), _obeys_another,
+              "servo {servo} obeys what is meant for servo {other}, too", "its secondary id, register 12, is {other}",
+              _EEPROM + "`bus.write({servo}, 'secondary_id', 255)`."),
+    Condition("starts_by_itself", "warning", ("startup_configuration",),
+              _when(lambda at: at["startup_configuration"] & 1),
+              "servo {servo} switches its motor on by itself when the power comes on",
+              "its startup configuration, register 60, says so",
+              _EEPROM + "`bus.write({servo}, 'startup_configuration', 0)`."),
+    Condition("velocity_limit", "note", ("velocity_limit",),
+              _when(lambda at: at["velocity_limit"] < 44, JOINT_IDS,
+                    speed=lambda at: math.degrees(units.VELOCITY.value(at["velocity_limit"]))),
+              "servo {servo} has a velocity limit of {speed:.0f} deg/s", "another program changed register 44",
+              "Nothing with this book, whose moves take a time; programs with velocity profiles crawl."),
+    # ---- how they are set, until they are switched on ----
+    Condition("full_speed", "fault", ("drive_mode", "profile_velocity", "torque_enable"), _without_profile(1),
+              "servo {servo} moves at full speed on its next goal: {why}, and its motor is on",
+              "a program left the motor on without a motion profile, or the servo restarted",
+              "Do not send goals. `robot.write_motor_state(True)` sets it up where it stands.", {}),
+    Condition("no_profile", "note", ("drive_mode", "profile_velocity", "torque_enable"), _without_profile(0),
+              "servo {servo} would move at full speed: {why}", "so it comes from the factory and from every restart",
+              "Nothing with this book: `write_motor_state(True)` sets it. Other programs must do so themselves.", {}),
+    Condition("gripper_inverted", "note", ("drive_mode",),
+              _when(lambda at: at["drive_mode"] & reg.DRIVE_REVERSE, (GRIPPER_ID,), mode=lambda at: at["drive_mode"]),
+              "servo 15 counts backwards (drive mode {mode})", "ROS 2 leaves it so",
+              "Nothing with this book, which reads it; a course program would open the gripper where it should close."),
+    Condition("joint_reversed", "warning", ("drive_mode",),
+              _when(lambda at: at["drive_mode"] & reg.DRIVE_REVERSE, JOINT_IDS, mode=lambda at: at["drive_mode"]),
+              "servo {servo} counts backwards (drive mode {mode})",
+              "another program set the reverse bit in its EEPROM",
+              "`write_motor_state(True)` puts it right; support the arm, for its idea of where it is changes."),
+    Condition("weak_pwm", "fault", ("goal_pwm",),
+              _when(lambda at: at["goal_pwm"] < WEAK_PWM, JOINT_IDS, percent=_unit("goal_pwm")),
+              "servo {servo} pushes with at most {percent:.0f} % (goal PWM): it cannot hold the arm up",
+              "another program changed register 100", _SET_BACK, {}),
+    Condition("gains", "warning", tuple(row.name for row in _GAINS), _gains,
+              "servo {servo} has other gains than from the factory: {what}", "another program changed them", _SET_BACK,
+              {row.name: row.default for row in _GAINS}),
+    Condition("watchdog", "warning", ("bus_watchdog",),
+              _when(lambda at: at["bus_watchdog"] == reg.WATCHDOG_TRIPPED),
+              "the bus watchdog of servo {servo} has tripped: it refuses goals",
+              "the program that streamed to it broke off",
+              "`robot.write_motor_state(True)` clears it; or `bus.write({servo}, 'bus_watchdog', 0)`.",
+              {"bus_watchdog": 0}),
+)  # fmt: skip
+
+#: What switching the motors on writes into every servo, besides modes, profile and goal.
+MENDS = {name: value for row in CONDITIONS for name, value in (row.mend or {}).items()}

@@ -1,0 +1,87 @@
+"""Bringing an arm to a stand, and keeping it there until somebody says in so many words that it may go on."""
+
+import contextlib
+import threading
+
+from ...errors import BusCorrupt, BusError, BusTimeout, OmxError, Stopped
+from .monitor import Monitor
+from .servo_group import HOLD_S, JOINTS, Servos
+
+#: How old a reading may be to hold blindly where it was.
+FRESH_S = 1.5
+
+
+class Brake:
+    """Stops the joints of `servos`. `lock` is held while a goal goes out: a stop must not come between check and goal.
+
+    `arrival` is when the motion under way should be over.
+    """
+
+    def __init__(self, servos: Servos, monitor: Monitor):
+        self.servos, self.monitor, self.clock = servos, monitor, servos.bus.clock
+        self.lock = threading.RLock()
+        self.arrival = self.clock.now()
+        self.holding = False
+        self.why: str | None = None
+
+    # ---- the latch ----
+
+    def latch(self, why: str = "stopped") -> None:
+        """From now on refuse every command. What came first stays the reason."""
+        self.why = self.why or why
+
+    def resume(self) -> None:
+        """Commands are allowed again."""
+        self.why = None
+
+    def refuse_if_latched(self) -> None:
+        """Raise `Stopped` while it is latched."""
+        if self.why is not None:
+            raise Stopped(self.why)
+
+    # ---- standing ----
+
+    @property
+    def moving(self) -> bool:
+        """Is a commanded motion still under way, by its time?"""
+        return self.clock.now() < self.arrival
+
+    def sets_off(self, seconds: float) -> None:
+        """A goal goes out now, and takes `seconds`."""
+        self.holding, self.arrival = False, self.clock.now() + seconds
+
+    def hold(self, in_position: bool = True) -> None:
+        """Stop where the arm is, torque on. Does what it can even if servos are missing, then raises what failed."""
+        with self.lock:
+            self.arrival, self.holding = self.clock.now() + HOLD_S, True
+            if in_position:
+                try:
+                    self.servos.stand()
+                    return
+                except BusError:  # one of them is in trouble: each by itself, so that the others stand
+                    pass
+            failed = []
+            for servo in JOINTS:
+                try:
+                    self._stand(servo) if in_position else self.servos.set_up(servo, "position", on=True)
+                except BusError as error:
+                    failed.append(error)
+        if failed:
+            raise failed[0]
+
+    def _stand(self, servo: int) -> None:
+        """Hold one joint. If it does not answer it may still hear: it is told to stay where it was seen last."""
+        try:
+            self.servos.stand_alone(servo)
+        except (BusTimeout, BusCorrupt):
+            when, where = self.monitor.seen
+            if self.clock.now() - when < FRESH_S:
+                for name, value in (("profile_acceleration", 0), ("profile_velocity", 1000), ("goal_position", None)):
+                    self.servos.bus.write_all(name, {servo: where[servo] if value is None else value})
+            raise
+
+    def halt(self, in_position: bool = True) -> None:
+        """Hold on our own account, once; what fails then does not hide the reason for it."""
+        if not self.holding:
+            with contextlib.suppress(OmxError):
+                self.hold(in_position)
