@@ -88,6 +88,9 @@ class Four:
 
     __slots__ = ()
 
+    def __iter__(self) -> Iterator[float]:
+        raise NotImplementedError
+
 
 _ORDERED, _PLAIN = (tuple, list, Four), {float, int}
 

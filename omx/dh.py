@@ -76,7 +76,7 @@ class Chain:
         q = self._as_values(q)
         out = np.empty((*q.shape, 4, 4))
         for i, row in enumerate(self._numeric_rows):
-            fill(out[..., i, :, :], link_rows(*row.at(q[..., i]), np.cos, np.sin))
+            fill(out[..., i, :, :], _link(row, q[..., i], np.cos, np.sin))
         return out
 
     def frames(self, q):
@@ -120,7 +120,9 @@ class Chain:
 
     @cached_property
     def _numeric_rows(self) -> tuple[DHRow, ...]:
-        return tuple(DHRow(*(float(e) for e in row.at(0)), row.prismatic) for row in self.rows)
+        return tuple(
+            DHRow(float(row.theta), float(row.d), float(row.a), float(row.alpha), row.prismatic) for row in self.rows
+        )
 
     def _as_values(self, q):
         return as_rows(q, "q", len(self.rows), f"the joint values of {self.name} in rad (mm where prismatic)")
@@ -142,7 +144,7 @@ class Chain:
         if np.shape(q) not in ((len(self),), (len(self), 1), (1, len(self))):
             raise BadInput(f"`q` must be {len(self)} symbols or numbers, one a joint; got shape {np.shape(q)}.")
         return [
-            sp.Matrix(link_rows(*exact(row).at(_variable(variable)), sp.cos, sp.sin))
+            sp.Matrix(_link(exact(row), _variable(variable), sp.cos, sp.sin))
             for row, variable in zip(self.rows, np.ravel(q).tolist(), strict=True)
         ]
 
@@ -175,7 +177,7 @@ def _as_row(row, number: int) -> DHRow:
                 f"row {number} must be a DHRow of numbers or SymPy expressions, finite and real; {column} is "
                 f"{shown(entry)}."
             )
-        if column in ("theta", "alpha") and isinstance(entry, Real) and abs(entry) > MOST_ANGLE:
+        if column in ("theta", "alpha") and isinstance(entry, Real) and abs(float(entry)) > MOST_ANGLE:
             raise BadInput(f"{column} of row {number} is {entry} rad, more than a turn: degrees? Use math.radians.")
     return DHRow(row.theta, row.d, row.a, row.alpha, bool(row.prismatic))
 
@@ -185,7 +187,7 @@ def _is_real(entry) -> bool:
     if isinstance(entry, (bool, np.bool_)):
         return False
     if isinstance(entry, Real):
-        return bool(abs(entry) < HUGE)
+        return bool(abs(entry) < HUGE)  # type: ignore[operator]  # every Real has an order with floats
     if isinstance(entry, type) or not (hasattr(entry, "free_symbols") and hasattr(entry, "as_coeff_Add")):
         return False
     if entry.free_symbols:
@@ -307,6 +309,11 @@ def limit_violations(
 def clipped(q, limits) -> tuple[float, ...]:
     """`q` with each value moved to its nearest limit where it is outside."""
     return tuple(min(max(float(value), low), high) for value, (low, high) in zip(q, limits, strict=True))
+
+
+def _link(row: DHRow, q, cos, sin) -> tuple[tuple, ...]:
+    theta, d, a, alpha = row.at(q)
+    return link_rows(theta, d, a, alpha, cos, sin)
 
 
 def link_rows(theta, d, a, alpha, cos, sin) -> tuple[tuple, ...]:

@@ -2,6 +2,7 @@
 
 from functools import cached_property
 from math import isclose, nan
+from typing import TYPE_CHECKING
 
 from .arm import COURSE_LENGTHS, LIMITS, MAKER_LENGTHS
 from .arrays import as_number, shown
@@ -15,6 +16,14 @@ class Geometry:
 
     `values` holds them in the order in which the generated functions take them.
     """
+
+    name: str
+    values: tuple[float, ...]
+    _lengths: dict[str, float]
+
+    if TYPE_CHECKING:  # a reader's table may have other lengths than L1 .. L4 and delta
+
+        def __getattr__(self, key: str) -> float: ...
 
     def __init__(self, name: str, **lengths: float):
         if not isinstance(name, str):

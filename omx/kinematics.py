@@ -291,7 +291,7 @@ def _verdict(q, limits) -> tuple[Violation, ...]:
 
 def _turned(solution: IKSolution, q1: float, limits) -> IKSolution:
     """The solution with q1 as near as its limits allow: for poses on the axis of joint 1, where q1 is free."""
-    if not solution.reachable:
+    if solution.q is None:
         return solution
     low, high = limits[0]
     first = remainder(min(max(remainder(q1, tau), low), high), tau)
@@ -419,7 +419,7 @@ def _on_disk() -> dict[str, bytes | None]:
     """The generated modules as files: name -> bytes, None where one is gone."""
     found = {}
     for module in (_fk, _ik, _jacobian):
-        path = Path(module.__file__)
+        path = Path(str(module.__file__))
         found[path.stem] = path.read_bytes() if path.exists() else None
     return found
 

@@ -1,6 +1,7 @@
 """Everything about code and chapters that can be checked in seconds: `python run.py check [chapter ...]`.
 
-Without a chapter: ruff over the whole repository, notebooks too, then the conventions of every chapter.
+Without a chapter: ruff over the whole repository, notebooks too, the types of the mathematics (mypy), then the
+conventions of every chapter.
 """
 
 import subprocess
@@ -15,6 +16,8 @@ def check(arguments):
     paths = lint.chapters(arguments)
     command = [sys.executable, "-m", "ruff", "check", "--output-format=concise", *(paths if arguments else ["."])]
     style = subprocess.run(command, cwd=ROOT, check=False).returncode
+    if not arguments:
+        style += subprocess.run([sys.executable, "-m", "mypy", "--no-error-summary"], cwd=ROOT, check=False).returncode
     found = [problem for path in paths for problem in lint.problems(path)]
     print("\n".join(found) or "The chapters keep the conventions.")
     return int(bool(style or found))

@@ -131,12 +131,12 @@ def calibrate(q, points, geometry: Geometry = COURSE, names=FITTED, steps: int =
     if q.ndim != 2 or points.shape != (len(q), 3):
         raise BadInput(f"`points` must have one row of x, y, z for each row of `q`; got {points.shape} and {q.shape}.")
     geometry, steps, names = as_geometry(geometry), as_count(steps, "steps"), _fitted(names)
-    offsets, before = np.zeros(4), None
+    offsets, before = np.zeros(4), 0.0
     done = 0
     while done < steps:
         done += 1
         residual = points - pose(q + offsets, geometry)[:, :3]
-        before = _rms(residual) if before is None else before
+        before = before if done > 1 else _rms(residual)
         A = _design(q + offsets, geometry, names)
         change = np.linalg.lstsq(A, residual.ravel(), rcond=None)[0]
         geometry, offsets = _changed(geometry, offsets, dict(zip(names, change, strict=True)))
@@ -147,7 +147,8 @@ def calibrate(q, points, geometry: Geometry = COURSE, names=FITTED, steps: int =
     noise = sqrt((residual**2).sum() / freedom)
     covariance = noise**2 * np.linalg.inv(A.T @ A)
     sigma = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
-    return Calibration(geometry, tuple(offsets.tolist()), sigma, noise, before, _rms(residual), done)
+    o1, o2, o3, o4 = offsets.tolist()
+    return Calibration(geometry, (o1, o2, o3, o4), sigma, noise, before, _rms(residual), done)
 
 
 def _design(q, geometry, names) -> np.ndarray:

@@ -19,7 +19,8 @@ def chain_functions(chain: Chain) -> list[Function]:
     if not isinstance(chain, Chain):
         raise BadInput(f"`chain` must be an omx.Chain; got {shown(chain)}.")
     joints = [sp.Symbol(name, real=True) for name in chain.names]
-    steps, frames = [], []
+    steps: list[tuple[sp.Symbol, sp.Expr]] = []
+    frames: list[sp.Matrix] = []
     current = sp.eye(4)
     for i, (row, joint) in enumerate(zip(chain.rows, joints, strict=True), start=1):
         current = _named(current * dh_matrix(*exact(row).at(joint)), i, steps)

@@ -85,11 +85,11 @@ class Emitter:
         for name, value in outputs.items():
             if not (isinstance(value, sp.Symbol) and value.name == name):
                 lines += self._statement(f"{self.dialect.let}{name} = ", value)
-        opening, closing = self.dialect.brackets if self.dialect.let else ("", "")
+        opening, closing = tuple(self.dialect.brackets) if self.dialect.let else ("", "")
         line = f"    return {opening}{', '.join(outputs)}{closing}{self.dialect.end}"
         if len(line) <= WIDTH:
             return [*lines, line]
-        opening, closing = self.dialect.brackets
+        opening, closing = tuple(self.dialect.brackets)
         return [*lines, f"    return {opening}", *packed(list(outputs), " " * 8), f"    {closing}{self.dialect.end}"]
 
     def _statement(self, prefix: str, value, indent: str = "    ", end: str | None = None) -> list[str]:
@@ -97,7 +97,7 @@ class Emitter:
         end = self.dialect.end if end is None else end
         if not isinstance(value, tuple):
             return folded(indent + prefix, self._code(value), end)
-        opening, closing = self.dialect.brackets
+        opening, closing = tuple(self.dialect.brackets)
         if not any(isinstance(item, tuple) for item in value):
             comma = "," if len(value) == 1 and opening == "(" else ""
             line = f"{indent}{prefix}{opening}{', '.join(map(self._code, value))}{comma}{closing}{end}"
@@ -113,7 +113,7 @@ class Emitter:
 def operations(function: Function, parameters: Sequence[sp.Symbol]) -> str:
     """How much arithmetic one call costs, counted in the code that is written."""
     nodes = list(ast.walk(ast.parse(textwrap.dedent("\n".join(Emitter(function, parameters, SCALAR).body())))))
-    calls = [node.func.id for node in nodes if isinstance(node, ast.Call)]
+    calls = [node.func.id for node in nodes if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)]
     trig = sum(name in ("sin", "cos") for name in calls)
     rest = sum(isinstance(node, (ast.BinOp, ast.UnaryOp)) for node in nodes) + len(calls) - trig
     return f"{rest} operations and {trig} sines and cosines" if trig else f"{rest} operations"

@@ -50,7 +50,8 @@ class Function:
     @cached_property
     def named(self) -> tuple[list[tuple[sp.Symbol, sp.Expr]], dict[str, Any]]:
         """The steps and the outputs as they are written: shortened by the steps before them, useless ones gone."""
-        short, steps = {}, []
+        short: dict[sp.Expr, sp.Symbol] = {}
+        steps: list[tuple[sp.Symbol, sp.Expr]] = []
         for symbol, expression in self.steps:
             expression = as_expression(expression)
             steps.append((symbol, expression.xreplace(short)))

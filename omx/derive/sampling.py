@@ -70,7 +70,10 @@ def _value(function, arguments) -> complex:
 
 def real_points(expression, symbols, ranges: dict | None = None) -> tuple[list[dict], np.ndarray]:
     """Points at which `expression` is real, and its values there; any points with a value if it is never real."""
-    found, values, others, other_values = [], [], [], []
+    found: list[dict] = []
+    others: list[dict] = []
+    values: list[np.ndarray] = []
+    other_values: list[np.ndarray] = []
     source = points(symbols, ranges)
     while len(found) < POINTS and len(found) + len(others) < TRIED:
         batch = [next(source) for _ in range(POINTS if symbols else 1)]

@@ -7,7 +7,7 @@ A scaling turns normalised time u in [0, 1] into progress s in [0, 1] with its f
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil, inf, tau
-from typing import Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 
@@ -122,7 +122,7 @@ def joint_path(
     q = as_rows(waypoints, "waypoints", 4, JOINT_ANGLES)
     if q.ndim != 2 or len(q) < 2:
         raise BadInput(f"`waypoints` must be at least two configurations, shape (N, 4); got {q.shape}.")
-    legs = [seconds] * (len(q) - 1) if np.ndim(seconds) == 0 else list(seconds)
+    legs: list[Any] = [seconds] * (len(q) - 1) if np.ndim(seconds) == 0 else list(cast(Any, seconds))
     if len(legs) != len(q) - 1:
         raise BadInput(f"`seconds` must be one number, or one for each of the {len(q) - 1} legs; got {len(legs)}.")
     path = joint_move(q[0], q[1], legs[0], scaling, rate)

@@ -38,7 +38,7 @@ class BranchMap(NamedTuple):
 
     r: np.ndarray
     z: np.ndarray
-    count: np.ndarray
+    count: np.ndarray  # type: ignore[assignment]  # tuples have a method of this name, which nobody needs here
 
 
 def pitch_map(step: float = 10.0, pitches: int = 120, geometry: Geometry = COURSE, limits=LIMITS, *,

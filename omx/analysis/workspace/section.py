@@ -68,7 +68,8 @@ class Section:
     def bounds(self) -> tuple[float, float, float, float]:
         """The smallest and the largest r, the smallest and the largest z (mm)."""
         points = np.vstack([_extremes(arc) for arc in self.arcs])
-        return tuple(float(v) for pair in zip(points.min(axis=0), points.max(axis=0), strict=True) for v in pair)
+        (r_low, z_low), (r_high, z_high) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+        return r_low, r_high, z_low, z_high
 
     def contains(self, points) -> np.ndarray:
         """Which of the points (..., 2), r and z in mm, are inside: an odd number of arcs lies to the left of them."""
@@ -170,8 +171,9 @@ def _enclosed(loop) -> float:
 
 def _integral(arc: Arc, function) -> float:
     """The integral of function(r) dz along an arc."""
-    cuts = [*np.linspace(arc.start, arc.stop, 1 + ceil(abs(arc.stop - arc.start) / 1.5)), *_axis_crossings(arc)]
-    cuts = np.sort(cuts) if arc.stop > arc.start else np.sort(cuts)[::-1]
+    evenly = np.linspace(arc.start, arc.stop, 1 + ceil(abs(arc.stop - arc.start) / 1.5))
+    cuts = np.sort([*evenly, *_axis_crossings(arc)])
+    cuts = cuts if arc.stop > arc.start else cuts[::-1]
     middle, half = 0.5 * (cuts[1:] + cuts[:-1]), 0.5 * np.diff(cuts)
     angle = middle[:, None] + half[:, None] * NODES
     r = arc.centre[0] + arc.radius * np.cos(angle)
