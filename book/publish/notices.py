@@ -12,8 +12,8 @@ SLIDES = (*SCENES, "pygments")
 SITE = (*SLIDES, "sphinx", "sphinx-book-theme", "pydata-sphinx-theme", "sphinx-design", "myst-nb")
 LITE = (*SCENES, "jupyterlite-core", "jupyterlite-pyodide-kernel")
 NPM = ("mathjax", "reveal.js")
-HEAD = """This folder carries work of others. The book's own text is CC BY 4.0, its own code BSD 3-Clause; what follows are
-the packages of others in here, each with its version, the name of its licence, and the licence itself.
+HEAD = """This folder carries work of others. The book's own text is CC BY 4.0, its own code BSD 3-Clause. What follows
+are the packages of others in here, each with its version, the name of its licence, and the licence itself.
 """
 
 
@@ -34,7 +34,7 @@ def write(folder, packages, npm_packages=(), where=None):
 
 
 def of_package(name, where=None):
-    """(title, licence) of an installed package, and of what its own bundle lists. Raises `LookupError` if it has none."""
+    """(title, licence) of an installed package, and of what its bundle lists. Raises `LookupError` if it has none."""
     paths = {} if where is None else {"path": [str(path) for path in where]}
     package = next((p for p in distributions(name=name, **paths)), None)
     files = [file for file in (package.files if package else None) or () if is_licence(file)]
@@ -50,9 +50,7 @@ def of_package(name, where=None):
 
 def is_licence(file):
     """Is this path the licence of a package (and not that of something deep inside it)?"""
-    return ".dist-info/" in str(file).replace("\\", "/") and file.name.lower().startswith(
-        ("licen", "copying", "notice")
-    )
+    return ".dist-info/" in file.as_posix() and file.name.lower().startswith(("licen", "copying", "notice"))
 
 
 def of_bundle(path):
