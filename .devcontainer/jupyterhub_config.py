@@ -13,6 +13,7 @@ c.JupyterHub.bind_url = "http://127.0.0.1:8000"
 c.JupyterHub.hub_ip = "127.0.0.1"
 
 c.Spawner.default_url = "/lab"
+# Kept by SystemdSpawner, DockerSpawner and KubeSpawner. The default spawner ignores both: choose another for a class.
 c.Spawner.mem_limit = "1G"  # a kernel with NumPy, SymPy and Matplotlib takes about 250 MB
 c.Spawner.cpu_limit = 1.0
 c.Spawner.start_timeout = 120

@@ -13,7 +13,7 @@ from book.publish import npm, pages  # noqa: E402
 
 project = "Kinematics of the OpenMANIPULATOR-X"
 author = "the OpenMANIPULATOR-X kinematics book authors"
-copyright = "the authors; BSD-3-Clause"
+copyright = "the authors. Text: CC BY 4.0. Code: BSD 3-Clause"
 html_title = "Kinematics of the OpenMANIPULATOR-X"
 language = "en"
 

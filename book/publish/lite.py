@@ -18,7 +18,7 @@ from pathlib import Path
 from book.chapters import runs
 from book.chapters.normalise import read, write
 from book.chapters.student import Refused, student_copy
-from book.publish import npm
+from book.publish import notices, npm
 from book.setup import extra_envs
 from book.setup.paths import ROOT, Stop, child_environment
 
@@ -59,7 +59,15 @@ def build(pyodide=None):
     (SOURCE / "jupyter-lite.json").write_text(json.dumps(config), encoding="utf-8")
     command = [python, "-m", "jupyterlite_core", "build", "--lite-dir", SOURCE, "--contents", SOURCE / "files"]
     run([*command, "--output-dir", LITE, "--no-sourcemaps", "--apps", "lab", "--apps", "repl"], "JupyterLite", SOURCE)
+    notices.write(LITE, notices.LITE, [core] if (core / "LICENSE").exists() else [], packages_of(python))
     return missing
+
+
+def packages_of(python):
+    """The places where the packages of an environment lie: its own and the book's."""
+    asked = subprocess.run([python, "-c", "import sys; print(*sys.path, sep='\\n')"], capture_output=True, text=True,
+                           env=child_environment(), check=True)  # fmt: skip
+    return [place for place in asked.stdout.splitlines() if "site-packages" in place]
 
 
 def lay_out_chapters(folder):

@@ -19,7 +19,7 @@ import time
 from pathlib import Path
 
 from book.chapters import execute, runs
-from book.publish import npm, slides
+from book.publish import notices, npm, slides
 from book.publish.shared import SHARED, share, update
 from book.setup.paths import BUILD, ROOT, Stop
 
@@ -43,6 +43,7 @@ def build(fresh=False):
     if status == 0:
         slides.build(folder=SITE / "slides")
         finish()
+        notices.write(SITE, notices.SITE, [libraries / name for name in notices.NPM])
     return status
 
 

@@ -16,7 +16,7 @@ import time
 from pathlib import Path
 
 from book.chapters import cells, execute, runs
-from book.publish import deck, npm, shared
+from book.publish import deck, notices, npm, shared
 from book.setup.paths import ROOT, Stop
 
 SLIDES = ROOT / "build" / "slides"
@@ -33,6 +33,7 @@ def build(paths=None, folder=SLIDES):
     lay_out_libraries(libraries, folder / "lib")
     decks = [write(path, folder) for path in paths or runs.chapters()]
     write_list(folder)
+    notices.write(folder, notices.SLIDES, [libraries / name for name in notices.NPM])
     return decks
 
 

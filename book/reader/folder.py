@@ -33,7 +33,7 @@ def edition(path):
         raise Stop(f"{path.name} cannot be given to readers: {reason}") from reason
     cells = [cell for cell in copied["cells"] if not is_note(cell)]
     before, after = overview.links(path)
-    return {**copied, "cells": [cells[0], before, *cells[1:], after]}
+    return {**copied, "cells": [before, *cells, after]}
 
 
 def prepare(folder=WORK):

@@ -26,7 +26,7 @@ CODE = "from book.reader import contents\n\ncontents()"
 
 
 def links(path):
-    """The cells below the title and at the end of a chapter: previous, contents, next."""
+    """The cells at the beginning and at the end of a chapter: previous, contents, next."""
     paths = names.chapters()
     place = paths.index(path)
     before = f"[\u2190 {title(paths[place - 1])}]({paths[place - 1].name}) \u00b7 " if place else ""

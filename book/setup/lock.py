@@ -12,7 +12,7 @@ import tempfile
 from pathlib import Path
 
 from book.setup.installers import ask, installer_environment
-from book.setup.paths import ENVIRONMENT, PYTHON, Stop, package_of
+from book.setup.paths import ENVIRONMENT, HASHES, PYTHON, Stop, package_of
 
 MARK = "# ---- "
 OLDEST_PYTHON = "3.11"
@@ -31,6 +31,7 @@ def main(arguments):
     partial = ENVIRONMENT.with_suffix(".part")
     partial.write_text("\n".join(upper + lower) + "\n", encoding="utf-8", newline="\n")
     os.replace(partial, ENVIRONMENT)
+    write_hashes()
     print(f"environment.txt: {len(chosen - {''})} packages by hand, {len(lower)} that they need.")
     return 0
 
@@ -57,6 +58,16 @@ def resolve(wanted, known, newest):
         if subprocess.call(command, env=installer_environment(command)):
             raise Stop("The versions cannot be resolved (see above); environment.txt is as it was.")
         return [line for line in target.read_text(encoding="utf-8").splitlines() if package_of(line)]
+
+
+def write_hashes():
+    """The hashes of every file of every pinned version, for installing; of each system's, so they are many."""
+    target = HASHES.with_suffix(".part")
+    options = ["--universal", "--python-version", OLDEST_PYTHON, "--no-annotate", "--no-header", "--quiet"]
+    command = [*uv(), "pip", "compile", ENVIRONMENT, "--generate-hashes", "--output-file", target, *options]
+    if subprocess.call(command, env=installer_environment(command)):
+        raise Stop("The hashes cannot be had (see above); until they are, set-up installs without them.")
+    os.replace(target, HASHES)
 
 
 def uv():

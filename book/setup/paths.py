@@ -14,6 +14,7 @@ NOTEBOOKS = ROOT / "notebooks"
 BUILD = ROOT / "build"
 WORK = ROOT / "work"  # the reader's own: copies of the chapters, with their answers
 ENVIRONMENT = ROOT / "environment.txt"
+HASHES = ROOT / "book" / "setup" / "hashes.txt"  # the same pins with the hashes of their files, by `run.py lock`
 VENV = ROOT / ".venv"
 STAMP = VENV / "set-up-complete"
 WINDOWS = sys.platform == "win32"
@@ -42,6 +43,19 @@ def package_of(line):
     """The normalised name of the package that a requirement line asks for, '' for other lines."""
     found = re.match(r"[A-Za-z0-9][A-Za-z0-9._-]*", line)
     return re.sub(r"[._-]+", "-", found.group()).lower() if found else ""
+
+
+def pins(path):
+    """The (package, version) pairs that a requirements file pins."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    return {
+        (package_of(line), re.search(r"==([^ ;]+)", line)[1]) for line in lines if package_of(line) and "==" in line
+    }
+
+
+def requirements():
+    """The file to install from: with hashes, so that no other file passes for a package, where they are up to date."""
+    return HASHES if HASHES.exists() and pins(HASHES) == pins(ENVIRONMENT) else ENVIRONMENT
 
 
 def installed():

@@ -27,6 +27,7 @@ from book.setup.paths import (
     installed,
     is_ready,
     missing,
+    requirements,
 )
 
 STARTS = "import sys; sys.exit(sys.prefix == sys.base_prefix or sys.version_info < (3, 11))"
@@ -139,7 +140,7 @@ def install(lock):
         call([*pip, pinned("uv")], lock)
         if tried(own, lock):
             return
-    call([*pip, "-r", ENVIRONMENT], lock)
+    call([*pip, "-r", requirements()], lock)
 
 
 def with_pip(lock):
@@ -155,7 +156,7 @@ def tried(uv, lock):
     """Install environment.txt with this uv; False when it could not, so that pip must."""
     say("Installing the packages with uv; the first time this takes a minute ...")
     try:
-        call([*uv, "pip", "install", "--python", PYTHON, "-r", ENVIRONMENT], lock)
+        call([*uv, "pip", "install", "--python", PYTHON, "-r", requirements()], lock)
     except Failed as failed:
         if failed.full:
             raise

@@ -634,6 +634,23 @@ def test_lock_rewrites_the_lower_part(clone, newest):
     assert "2 packages by hand, 0 that they need" in done.stdout
 
 
+def test_locked_files_are_installed_by_their_hashes_and_no_others(clone):
+    assert clone.run("lock").returncode == 0
+    assert "--hash=sha256:" in (clone.root / "book" / "setup" / "hashes.txt").read_text()
+    assert clone.run("test").returncode == 0
+    shutil.rmtree(clone.root / ".venv")
+    clone.package("1.0", "print('another pytest 1.0')")
+    assert "Installing the packages failed" in one_sentence(clone.run("test"))
+    assert "hash" in (clone.root / ".venv" / "set-up.log").read_text().lower()
+    assert not clone.stamp.exists()
+
+
+def test_the_hashes_are_those_of_todays_pins():
+    assert paths.requirements() == paths.HASHES, "python run.py lock"
+    text = paths.HASHES.read_text()
+    assert text.count("--hash=sha256:") > text.count("==")
+
+
 def test_lock_leaves_the_file_when_nothing_fits(clone):
     clone.pin("7.7")
     before = (clone.root / "environment.txt").read_text()

@@ -57,3 +57,17 @@ def test_environments_beside_are_pinned(name):
 def test_an_environment_that_is_not_listed_is_refused():
     with pytest.raises(Stop, match="no line `#: nothing"):
         extra_envs.requirements("nothing")
+
+
+def test_every_action_is_pinned_by_its_commit_and_names_its_version():
+    used = [line.split("uses:")[1] for path in sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+            for line in path.read_text(encoding="utf-8").splitlines() if "uses:" in line]  # fmt: skip
+    assert len(used) >= 2
+    for action in used:
+        assert re.fullmatch(r" [\w-]+/[\w-]+@[0-9a-f]{40}  # v[\d.]+", action), action
+
+
+def test_the_page_names_a_spawner_that_keeps_the_memory_limit():
+    page = (ROOT / "book" / "teach" / "serving.md").read_text(encoding="utf-8")
+    for word in ("SystemdSpawner", "DockerSpawner", "subdomain_host"):
+        assert word in page

@@ -28,6 +28,33 @@ def test_a_reload_brings_the_scene_back(open_page, notebook):
     assert not page.errors
 
 
+THEME = "light => document.body.dataset.jpThemeLight = light"
+
+
+def test_a_scene_follows_the_theme_and_leaves_room_on_a_small_screen(open_page, notebook):
+    """Both without the kernel: the theme is the page's, and so is the height of the window."""
+    page = open_page(notebook(SCENE, "view.q = (0.4, -0.5, 0.3, 0.9)"))
+    page.run_all()
+    scene = page.scene()
+    page.settle()
+    light = pixels(scene)
+    page.page.evaluate(THEME, "false")
+    page.settle()
+    dark = pixels(scene)
+    assert light[:60].mean() > 230
+    assert dark[:60].mean() < 110
+    page.page.evaluate(THEME, "true")
+    page.settle()
+    assert share_changed(light, pixels(scene)) < 0.01
+    heights = []
+    for height in (1000, 533):  # 533: a 13-inch screen at 150 %
+        page.page.set_viewport_size({"width": 1300, "height": height})
+        heights.append(page.page.locator(".omx-scene").first.bounding_box()["height"])
+    assert heights == [420, pytest.approx(0.45 * 533, abs=1)]
+    page.page.set_viewport_size({"width": 1300, "height": 1000})
+    assert not page.errors
+
+
 def test_two_views_of_a_scene_agree_and_the_last_pose_is_shown(open_page, notebook):
     """The loop writes far more poses than can be shown; both views end at the last, and so does a view made later."""
     loop = "for k in range(3000):\n    view.q = (0.0001 * k, -0.4, 0.3, 0.9)\nview.channel.seq"

@@ -3,6 +3,8 @@
 import pytest
 
 import omx
+from book.chapters import normalise
+from book.reader import handin
 from omx.display.viewer import View, write_site_script
 from tests.browser.pages import is_blank, pixels, share_changed
 
@@ -92,3 +94,29 @@ def test_the_camera_buttons_turn_the_scene(show, tmp_path):
         page.wait_for_timeout(300)
         seen.append(pixels(page.locator("iframe")))
         assert share_changed(seen[-2], seen[-1]) > 0.02
+
+
+CHAPTER = {
+    "scene": ("code", "from omx import JointPanel\nJointPanel()", []),
+    "formula": ("markdown", r"The angle $\alpha_1$ is" + "\n\n$$\n\\frac{a}{b}\n$$", []),
+}
+
+
+def test_a_file_to_hand_in_is_alive_and_fetches_nothing(show, tmp_path):
+    cells = [
+        {"id": name, "cell_type": kind, "source": source, "metadata": {"tags": tags}, "outputs": []}
+        for name, (kind, source, tags) in CHAPTER.items()
+    ]
+    normalise.write(tmp_path / "07.ipynb", normalise.normalise({"cells": cells, "nbformat": 4}))
+    handin.write(tmp_path / "07.ipynb", tmp_path / "07.html")
+    page, asked = show(tmp_path / "07.html")
+    frames(page, 1)
+    assert {url for url in asked if not url.startswith(("data:", "blob:", "about:"))} == {page.url}
+    assert page.locator("math").count() == 2
+    assert page.locator("mfrac").bounding_box()["height"] > 20, "drawn, not only there"
+    before = pixels(page.locator("iframe"))
+    page.locator(".omx-panel input").first.focus()
+    for _ in range(40):
+        page.keyboard.press("ArrowRight")
+    page.wait_for_timeout(500)
+    assert share_changed(before, pixels(page.locator("iframe"))) > 0.002, "the slider turns the arm"
