@@ -9,8 +9,8 @@ from ...errors import BadInput
 from ..clock import ticks
 from .driver import Driver, Reading
 
-#: A step that comes later than this (s) is not caught up with: the arm would have to leap.
-HELD_UP_S = 0.1
+#: A step that comes so many periods after the one before is not caught up with: the arm would have to leap.
+HELD_UP = 1.5
 #: How far (rad) the arm may be from where the trajectory starts.
 NEAR = math.radians(3.0)
 
@@ -18,10 +18,11 @@ NEAR = math.radians(3.0)
 def follow(driver: Driver, trajectory, rate: float, each: Callable[[Reading, float], None] | None) -> None:
     """What `Robot.follow` does, in rad."""
     _look_through(driver, trajectory)
-    period = 1.0 / rate
+    period, last = 1.0 / rate, 0.0
     try:
         for t in _along(trajectory.seconds, rate, driver.clock):
-            reading = driver.stream_to(trajectory.at(t + period), 2 * period)
+            reading = driver.stream_to(trajectory.at(t + period), max(t - last, period) + period)
+            last = t
             if each:
                 each(reading, t)
     except BaseException as error:
@@ -36,7 +37,7 @@ def _along(seconds: float, rate: float, clock) -> Iterator[float]:
     while held_up:
         held_up = False
         for t in ticks(max(seconds - start, 0.0), rate, clock):
-            held_up = start + t - last > max(HELD_UP_S, 2 / rate)
+            held_up = start + t - last > HELD_UP / rate
             if held_up:
                 break
             last = start + t
