@@ -25,6 +25,11 @@ ALL_DRAWN = """(shown) => {
 }"""
 
 
+FRAMES = """async () => {
+  for (let i = 0; i < 4; i++) await new Promise(requestAnimationFrame);
+}"""
+
+
 class NotebookPage:
     """A notebook opened in JupyterLab; `errors` collects what the page's console complains about."""
 
@@ -138,8 +143,21 @@ class NotebookPage:
         return self.page.evaluate(where) != before
 
     def settle(self):
-        """Until what was asked for is drawn: a round of messages and a few frames."""
-        self.page.wait_for_timeout(700)
+        """Until what was asked for is drawn: messages have arrived, the kernel is idle, a few frames have passed."""
+        self.page.wait_for_timeout(300)
+        self.wait_for_kernel()
+        self.page.evaluate(FRAMES)
+
+    def until(self, condition, timeout_s=60):
+        """Look again and again until `condition()` holds; its last value. A busy machine takes its time."""
+        deadline = time.monotonic() + timeout_s
+        while not (found := condition()) and time.monotonic() < deadline:
+            self.page.wait_for_timeout(100)
+        return found
+
+    def changes(self, element, before, share):
+        """Does the picture of the element come to differ from the one `before` in more than this share of it?"""
+        return self.until(lambda: share_changed(before, pixels(element)) > share)
 
     def close(self):
         self.page.close()

@@ -3,7 +3,7 @@
 import pytest
 
 from book.chapters import normalise
-from tests.browser.pages import fatal, is_blank, pixels, share_changed
+from tests.browser.pages import fatal, is_blank, pixels
 
 CHAPTERS = sorted(path.name for path in normalise.NOTEBOOKS.glob("*.ipynb"))
 
@@ -18,7 +18,7 @@ def test_chapter(name, lab, open_page):
     scene = panel.locator(".omx-scene").first if panel else page.scene() if has_widgets(cells) else None
     if scene is not None:
         page.settle()
-        assert not is_blank(pixels(scene)), "the 3-D scene shows nothing"
+        assert page.until(lambda: not is_blank(pixels(scene))), "the 3-D scene shows nothing"
         assert lab.listening() == ports, "a scene opens no port"
         assert {address for address, _ in ports} == {"127.0.0.1"}
     if panel is not None:
@@ -52,10 +52,9 @@ def check_slider(page, scene, handle):
         mouse.move(x - 6 * step, y)
         page.page.wait_for_timeout(30)
     mouse.up()
+    assert page.changes(scene, before, 0.002), "dragging a slider did not move the arm"
     page.settle()
     dragged = pixels(scene)
-    assert share_changed(before, dragged) > 0.002, "dragging a slider did not move the arm"
     for _ in range(12):
         handle.press("ArrowRight")
-    page.settle()
-    assert share_changed(dragged, pixels(scene)) > 0.001, "the arrow keys did not move the arm"
+    assert page.changes(scene, dragged, 0.001), "the arrow keys did not move the arm"
