@@ -115,14 +115,20 @@ class NotebookPage:
         return self._scroll_to(".jp-OutputArea-output:has(.omx-scene[data-ready]):has(.noUi-handle)")
 
     def _scroll_to(self, selector):
-        """JupyterLab draws only the cells near the window: turn the wheel until the element is there."""
+        """JupyterLab draws only the cells near the window: turn the wheel until the element is there.
+
+        A scene that is just being made cannot be waited for yet, so a second round takes more time at each stop.
+        """
+        return self._scrolled(selector, 80) or self._scrolled(selector, 1000)
+
+    def _scrolled(self, selector, pause_ms):
         found = self.page.locator(selector)
         box = self.page.locator(f"{SHOWN} .jp-WindowedPanel-outer").bounding_box()
         self.page.mouse.move(box["x"] + 20, box["y"] + box["height"] / 2)
         self.page.mouse.wheel(0, -100_000)
         at_end = False
         while not at_end:
-            self.page.wait_for_timeout(80)
+            self.page.wait_for_timeout(pause_ms)
             self._wait_for_scenes()
             if found.count():
                 found.first.scroll_into_view_if_needed()
