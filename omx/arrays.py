@@ -98,11 +98,11 @@ _ORDERED, _PLAIN = (tuple, list, Four), {float, int}
 def as_four(value, name: str, wanted: str) -> tuple[float, float, float, float]:
     """Four finite floats, from any one row that `as_rows` takes; `BadInput` otherwise."""
     four = as_four_or_rows(value, name, wanted, many=False)
+    if four.__class__ is tuple:
+        return four
     if is_foreign(four) and four.ndim == 1:
-        four = tuple(as_rows(four, name, 4, wanted, many=False).tolist())
-    if type(four) is not tuple:
-        raise BadInput(f"`{name}` must be {wanted}, shape (4,); got shape {tuple(four.shape)}.")
-    return four
+        return tuple(as_rows(four, name, 4, wanted, many=False).tolist())
+    raise BadInput(f"`{name}` must be {wanted}, shape (4,); got shape {tuple(four.shape)}.")
 
 
 def as_four_or_rows(value, name: str, wanted: str, many: bool = True):
@@ -111,7 +111,7 @@ def as_four_or_rows(value, name: str, wanted: str, many: bool = True):
     An array of another library comes back as it is, with its shape checked.
     """
     try:
-        if value.__class__ is tuple:
+        if value.__class__ is tuple or value.__class__ is list:
             a, b, c, d = value
         elif value.__class__ is np.ndarray and value.ndim == 1:
             a, b, c, d = value.tolist()

@@ -33,6 +33,31 @@ def settle(panel):
 # ---- joints --------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(
+    ("limits", "ends"),
+    [
+        ([(-math.pi / 6, math.pi / 6), (5, 60)], [(-30, 30), (5, 60)]),
+        (np.array([[-math.pi / 12, 2 * math.pi / 3], [-0.33, 0.33]]), [(-15, 120), (-0.33, 0.33)]),
+        ([(math.radians(10.2), math.radians(10.8)), (100, 300)], [(10.2, 10.8), (100, 300)]),
+        ([(-math.inf, math.inf), (0, math.inf)], [(-180, 180), (0, 100)]),
+        ([(0.5, math.inf), (-math.inf, -20)], [(29, 180), (-21, -20)]),
+    ],
+)
+def test_sliders_serve_any_limits_that_a_chain_has(limits, ends):
+    """Whole degrees are not lost to rounding, short ranges stay, endless joints get ends, and zero may be outside."""
+    chain = omx.Chain(SLIDER.rows, limits=limits)
+    panel = JointPanel(View.of_chain(chain))
+    for slider, (low, high) in zip(panel.sliders, ends, strict=True):
+        assert slider.min == pytest.approx(low, abs=1) if low == 29 else slider.min == pytest.approx(low)
+        assert slider.max == pytest.approx(high)
+        assert slider.min <= slider.value <= slider.max
+    chain.check(panel.q)
+    for slider in panel.sliders:
+        slider.value = slider.max
+        slider.value = slider.min
+    chain.check(panel.q)
+
+
 def test_sliders_keep_to_the_limits():
     panel = JointPanel()
     for slider, (low, high) in zip(panel.sliders, omx.LIMITS, strict=True):

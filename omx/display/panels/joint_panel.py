@@ -28,13 +28,16 @@ class JointPanel(Panel):
         for row, name, (low, high) in zip(self.chain.rows, self.chain.names, self.chain.limits, strict=True):
             unit = "mm" if row.prismatic else "deg"
             scale = 1.0 if row.prismatic else 180 / math.pi
-            slider, line = slider_row(name, math.ceil(scale * low), math.floor(scale * high), 0.0, unit)
+            first, last, step = _ends(scale * low, scale * high)
+            slider, line = slider_row(name, first, last, 0.0, unit, step)
             self.sliders.append(slider)
             rows.append(line)
             slider.observe(self._heard, "value")
         self._text = ipywidgets.HTML()
         sliders = ipywidgets.VBox([*rows, self._buttons(view)])
-        super().__init__(view, [side_by_side(sliders, self._text)], view.q if q is None else q)
+        super().__init__(
+            view, [side_by_side(sliders, self._text)], clipped(view.q, self.chain.limits) if q is None else q
+        )
 
     def __repr__(self) -> str:
         return f"JointPanel: {self.view!r}"
@@ -82,6 +85,25 @@ def vars_of(row) -> dict:
 
 
 def _limited(chain: Chain, limits) -> Chain:
-    """The chain with limits for its sliders: those given, its own, or half a turn and 100 mm each way."""
+    """The chain with limits for its sliders: those given, its own, or half a turn and 100 mm where there are none."""
+    limits = chain.limits if limits is None else Chain(chain.rows, limits).limits
     free = [(0.0, 100.0) if row.prismatic else (-math.pi, math.pi) for row in chain.rows]
-    return Chain(chain.rows, limits or chain.limits or free, chain.names, chain.name)
+    return Chain(
+        chain.rows, [_finite(*pair) for pair in zip(limits or free, free, strict=True)], chain.names, chain.name
+    )
+
+
+def _finite(limit, free) -> tuple[float, float]:
+    """The limits of one joint; where it has no end, that of a free joint."""
+    low, high = limit
+    if math.isinf(low):
+        low = free[0] if math.isinf(high) else min(free[0], high - 1.0)
+    return low, max(free[1], low + 1.0) if math.isinf(high) else high
+
+
+def _ends(low: float, high: float) -> tuple[float, float, float]:
+    """A slider's ends and step: whole numbers within the limits, but for rounding; a short range as it is."""
+    first, last = math.ceil(low - 1e-6), math.floor(high + 1e-6)
+    if last - first < 2:
+        return low, high, (high - low) / 100 or 1.0
+    return first, last, 1.0

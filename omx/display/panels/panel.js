@@ -127,7 +127,7 @@
         const sliding = this.rows?.[i].prismatic;
         const scale = sliding ? 1 : DEG;
         const [low, high] = this.limits?.[i] || (sliding ? [0, 100] : [-Math.PI, Math.PI]);
-        return { scale, low: Math.ceil(low / scale), high: Math.floor(high / scale), unit: sliding ? "mm" : "\u00b0" };
+        return { scale, low: Math.ceil(low / scale - 1e-6), high: Math.floor(high / scale + 1e-6), unit: sliding ? "mm" : "\u00b0" };
       });
       this.inputs = joints.map(({ scale, low, high, unit }, i) =>
         this.slider(sliders, this.names?.[i] || `q${i + 1}`, unit, low, high, this.q[i] / scale, () => {

@@ -40,7 +40,7 @@ def _stroke(chain, joint: int) -> float:
     """How far (mm) a prismatic joint slides from its zero: its limits, or 100 if it has none; 0 if it turns."""
     if not chain.rows[joint].prismatic:
         return 0.0
-    return max(abs(v) for v in chain.limits[joint]) if chain.limits else 100.0
+    return max((abs(v) for v in (chain.limits or {joint: ()})[joint] if math.isfinite(v)), default=100.0)
 
 
 def _joint(solid: Solid, prismatic: bool, scale: float) -> None:
