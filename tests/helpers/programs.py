@@ -55,7 +55,7 @@ class Trial:
 
     def __init__(self, choose: random.Random):
         self.choose, self.told = choose, []
-        self.arm = VirtualArm()
+        self.arm, self.robot = VirtualArm(), None
         self.rows: list[tuple] = []  # time, angles, all joints powered and on?, pushed?, stopped since, restarts
         self.stopped_at, self.episode = math.inf, 0
         live = self.arm._live
@@ -63,6 +63,8 @@ class Trial:
         def seen(steps):
             servos = [self.arm.servo(servo) for servo in JOINT_IDS]
             on = all(servo.torque_on and servo.powered for servo in servos)
+            if any(servo.table["operating_mode"] == 0 for servo in servos):
+                on = on and self.robot.bus.is_open  # killed in a push: nobody is left to make it hold
             angles = [joint.angle for joint in self.arm.joints[:4]]
             self.rows.append((self.arm.time, *angles, on, self.stopped_at, self.episode))
             live(steps)
@@ -87,7 +89,6 @@ class Trial:
             log.propagate = True
 
     def open(self) -> None:
-        self.robot = None
         try:
             self.robot = Robot(VirtualPort(self.arm, clock=SteppedClock()), idle_s=self.choose.choice((None, 30.0)))
         except OmxError as error:

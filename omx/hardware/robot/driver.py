@@ -123,8 +123,7 @@ class Driver:
         """Set every servo up and switch it on where it stands: the goal becomes the present position first."""
         self.brake.refuse_if_latched()
         with self._undisturbed():
-            if self.pushing:
-                self._into_position()
+            self.halt()  # a joint that lags behind, on less power than it is about to get, would leap
             self.torque, self.trouble = True, None  # from the first one on
             self.brake.holding, self.mode, self._streamed = True, "position", None
             self.servos.switch_on(self._servos())
@@ -494,6 +493,7 @@ class Driver:
         now = zip(reading.speed, milliamps, reading.current, strict=True)
         speed = [v + (wanted - mA) * SPEED_PER_MA for v, wanted, mA in now]
         if wrong := self.monitor.out_of_bounds(reading.q, speed, self.guard, AHEAD_S):
+            self.halt()  # what it was told before ends, too
             raise wrong.reason
         if not self.pushing:
             self._into_current()

@@ -11,6 +11,8 @@ from .driver import Driver, Reading
 
 #: A step that comes so many periods after the one before is not caught up with: the arm would have to leap.
 HELD_UP = 1.5
+#: How many periods ahead the next point is. With 2 the set-points would run on the plan, with 1 a period behind it.
+LEAD = 1.25
 #: How far (rad) the arm may be from where the trajectory starts.
 NEAR = math.radians(3.0)
 
@@ -21,7 +23,7 @@ def follow(driver: Driver, trajectory, rate: float, each: Callable[[Reading, flo
     period, last = 1.0 / rate, 0.0
     try:
         for t in _along(trajectory.seconds, rate, driver.clock):
-            reading = driver.stream_to(trajectory.at(t + period), max(t - last, period) + period)
+            reading = driver.stream_to(trajectory.at(t + LEAD * period), max(t - last, period) + period)
             last = t
             if each:
                 each(reading, t)

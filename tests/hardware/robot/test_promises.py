@@ -2,10 +2,12 @@
 
 import math
 import os
+import re
 import subprocess
 import sys
 import textwrap
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -608,3 +610,16 @@ def test_a_program_that_ends_leaves_the_arm_holding_and_says_so_and_the_next_one
         time.sleep(0.5)
         assert robot.get_joints_readings()[0][0] == pytest.approx(here, abs=0.3)
         robot.close()
+
+
+# ---- the page ----
+
+
+def test_the_safety_page_names_tests_that_exist():
+    root = Path(__file__).parents[3]
+    named = set(re.findall(r"`(test_\w+)`", (root / "book" / "teach" / "safety.md").read_text(encoding="utf-8")))
+    folders = (root / "tests" / "hardware", root / "tests" / "display")
+    there = {name for folder in folders for file in folder.rglob("test_*.py")
+             for name in re.findall(r"^def (test_\w+)", file.read_text(encoding="utf-8"), re.M)}  # fmt: skip
+    assert len(named) > 30
+    assert named <= there, named - there
