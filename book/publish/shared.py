@@ -3,6 +3,7 @@
 import re
 import shutil
 
+from book.chapters import runs
 from book.setup.paths import BUILD, ROOT, Stop
 
 SHARED = BUILD / "shared"
@@ -19,7 +20,7 @@ def share(libraries, folder=SHARED):
     update(folder / "omx-kinematics.js", kinematics().encode())
     fresh = folder / "fresh"
     fresh.mkdir(exist_ok=True)
-    update(folder / "omx-view.js", write_site_script(fresh).read_bytes())
+    update(folder / "omx-view.js", write_site_script(fresh, runs.stock()).read_bytes())
     shutil.rmtree(fresh)
     for script in PANELS.glob("*.js"):
         update(folder / script.name, script.read_bytes())

@@ -16,6 +16,7 @@ from book.chapters import runs, student
 from book.chapters.normalise import normalise
 from book.publish import deck, npm, pages, shared, site
 from book.setup.paths import Stop
+from omx.display.viewer import View, html_export
 from omx.display.viewer.row_view import places
 from omx.generated import fk, ik
 from tests.helpers.chapter import chapter, code, markdown
@@ -216,3 +217,32 @@ def test_the_lock_file_names_no_host():
     assert "http" not in text
     packages = json.loads(text)["packages"]
     assert all(about["integrity"].startswith("sha512-") for name, about in packages.items() if name)
+
+
+# ---- what many scenes hold ------------------------------------------------------------------------------------
+
+
+def test_what_two_scenes_hold_goes_to_the_sites_script_once(tmp_path, monkeypatch):
+    """The scenes of the kept runs give up their common objects, and nothing is lost."""
+    shown = [View(omx.HOME), View(omx.ZERO)]
+    shown[1].label("mine", "only here", (0, 0, 100))
+    outputs = [{"output_type": "display_data", "metadata": {}, "data": {"text/html": v.static_html(shared=True)}}
+               for v in shown]  # fmt: skip
+    notebook = normalise({"cells": [*chapter(), code("view", outputs=outputs)], "nbformat": 4})
+    notebook["cells"][-1]["outputs"] = outputs  # the normaliser stores no scenes
+    path, kept = tmp_path / "07-lines.ipynb", tmp_path / "kept"
+    kept.mkdir()
+    for where in (path, kept / path.name):
+        where.write_text(json.dumps(notebook))
+    monkeypatch.setattr(runs, "chapters", lambda: [path])
+    runs.gather(kept)
+    common = runs.stock(kept)
+    whole = runs.OBJECTS.findall(outputs[0]["data"]["text/html"] + outputs[1]["data"]["text/html"])
+    thin = runs.OBJECTS.findall(
+        "".join(o["data"]["text/html"] for o in runs.merged(path, kept)["cells"][-1]["outputs"])
+    )
+    for (*_, before), (*_, after) in zip(whole, thin, strict=True):
+        assert html_export.unpacked_objects(before) == html_export.unpacked_objects(after) | {
+            name: common[name] for name in html_export.unpacked_objects(before) if name in common
+        }
+    assert [len(html_export.unpacked_objects(text)) for *_, text in thin] == [0, 1]

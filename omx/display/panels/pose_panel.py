@@ -10,7 +10,7 @@ from ...errors import JointLimit, OmxError
 from ...geometry import COURSE
 from ...kinematics import BRANCHES, IKSolution, ik, solve_ik
 from ...kinematics import pose as tool_pose
-from ..viewer.annotations import PALETTE
+from ..palette import PALETTE
 from ..viewer.view import View
 from . import tables
 from .panel import Panel, side_by_side, slider_row

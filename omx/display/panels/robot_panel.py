@@ -12,6 +12,7 @@ import math
 import sys
 import threading
 import weakref
+from pathlib import Path
 
 import anywidget
 import ipywidgets
@@ -43,32 +44,7 @@ _panels = weakref.WeakSet()
 class HoldButton(anywidget.AnyWidget):
     """A button that counts `beat` up while it is held down, by mouse, finger, space bar or enter key."""
 
-    _esm = """
-    function render({ model, el }) {
-      const button = document.createElement("button");
-      button.className = "jupyter-widgets jupyter-button widget-button" + (model.get("plain") ? "" : " mod-primary");
-      button.style.cssText = "width:auto;padding:0 18px;touch-action:none;user-select:none";
-      button.textContent = model.get("label");
-      let timer = null;
-      const send = (held) => {
-        model.set({ held, beat: model.get("beat") + 1 });
-        model.save_changes();
-      };
-      const start = () => { if (timer === null) { send(true); timer = setInterval(() => send(true), 100); } };
-      const end = () => { if (timer !== null) { clearInterval(timer); timer = null; send(false); } };
-      const key = (event) => event.key === " " || event.key === "Enter";
-      button.addEventListener("pointerdown", (event) => { button.setPointerCapture(event.pointerId); start(); });
-      const ends = ["pointerup", "pointercancel", "lostpointercapture", "blur"];
-      for (const name of ends) button.addEventListener(name, end);
-      button.addEventListener("keydown", (event) => { if (key(event)) { event.preventDefault(); start(); } });
-      button.addEventListener("keyup", (event) => { if (key(event)) end(); });
-      const hidden = () => { if (document.hidden) end(); };
-      document.addEventListener("visibilitychange", hidden);
-      el.appendChild(button);
-      return () => { end(); document.removeEventListener("visibilitychange", hidden); };
-    }
-    export default { render };
-    """
+    _esm = Path(__file__).with_name("hold_button.js").read_text(encoding="utf-8")
 
     label = traitlets.Unicode("Hold to move").tag(sync=True)
     plain = traitlets.Bool(False).tag(sync=True)

@@ -6,7 +6,7 @@ drawing shows. Lengths in mm (or the unit given), angles in rad. Colours are tho
 
 from .arms import planar, side_view
 from .charts import curves, heat_map
-from .picture import COLOURS, Picture
+from .picture import Picture
 from .places import cloud, plane, plane_map
 
-__all__ = ["COLOURS", "Picture", "cloud", "curves", "heat_map", "planar", "plane", "plane_map", "side_view"]
+__all__ = ["Picture", "cloud", "curves", "heat_map", "planar", "plane", "plane_map", "side_view"]

@@ -24,7 +24,7 @@ def viewer_source() -> str:
 
 @functools.cache
 def script(name: str) -> str:
-    """One of our own scripts: `scene.js`, `widget.js` or `page.js`."""
+    """One of our own scripts: `scene.js`, `widget.js` or `placeholders.js`."""
     return (_HERE / name).read_text(encoding="utf-8")
 
 

@@ -5,6 +5,7 @@ import os
 import numpy as np
 
 from ...errors import BadInput
+from ..palette import BLUE, INK, VERMILION
 from . import annotations, environment, html_export
 from .channel import Channel
 from .commands import delete
@@ -67,17 +68,17 @@ class Scene:
 
     # -- marks --------------------------------------------------------------------------------------------
 
-    def arrow(self, name: str, start, direction, *, label=None, colour="#1b1f24", radius: float = 1.6) -> None:
+    def arrow(self, name: str, start, direction, *, label=None, colour=INK, radius: float = 1.6) -> None:
         """An arrow from `start` (3,) along `direction` (3,), as long as that is, mm."""
         start, direction = _vector("start", start), _vector("direction", direction)
         self._note(name, annotations.arrow(start, start + direction, colour, label, radius))
 
-    def arc(self, name: str, centre, start, end, *, label=None, colour="#1b1f24") -> None:
+    def arc(self, name: str, centre, start, end, *, label=None, colour=INK) -> None:
         """An angle about `centre` (3,), from direction `start` (whose length is its radius, mm) to direction `end`."""
         centre, start, end = _vector("centre", centre), _vector("start", start), _vector("end", end)
         self._note(name, annotations.arc(centre, start, end, colour, label))
 
-    def plane(self, name: str, T, *, size: float = 160.0, colour="#0072b2", opacity: float = 0.15) -> None:
+    def plane(self, name: str, T, *, size: float = 160.0, colour=BLUE, opacity: float = 0.15) -> None:
         """A translucent square, `size` mm wide: the x-y plane of the frame `T` (4, 4)."""
         self._note(name, annotations.plane(size, colour, opacity), T)
 
@@ -85,11 +86,11 @@ class Scene:
         """A frame `T` (4, 4) of your own; with `index` its axes are labelled x_index, y_index, z_index."""
         self._note(name, annotations.triad(index, size or self._mark), T)
 
-    def label(self, name: str, text: str, at, *, colour="#1b1f24") -> None:
+    def label(self, name: str, text: str, at, *, colour=INK) -> None:
         """Words at the point `at` (3,) mm that always face the reader; `q_1` sets a subscript."""
         self._note(name, Drawing().label(text, _vector("at", at), colour))
 
-    def path(self, points, *, name: str = "path", colour="#d55e00", radius: float = 1.2) -> None:
+    def path(self, points, *, name: str = "path", colour=VERMILION, radius: float = 1.2) -> None:
         """A line through `points` (N, 3) mm; a path of the same name is replaced."""
         points = np.asarray(points, float)
         if points.ndim != 2 or points.shape[1] != 3 or len(points) < 2 or not np.isfinite(points).all():

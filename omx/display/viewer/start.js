@@ -58,8 +58,9 @@
   code.textContent = await unpack("viewer").text();
   document.body.append(code);
   const known = new Map();
-  if (document.getElementById("stock")) {
-    for (const [[name], bytes] of await takeApart("stock")) known.set(name, bytes);
+  for (const id of ["stock", "objects"]) {
+    if (!document.getElementById(id)) continue;
+    for (const [[name], bytes] of await takeApart(id)) known.set(name, bytes);
   }
   const all = (await takeApart("scene", known)).map(([[type, path, name, when], bytes]) => ({ type, path, name, when, bytes }));
   const { viewer } = window.omxScene, put = viewer?.set_object;

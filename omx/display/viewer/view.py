@@ -9,6 +9,7 @@ from ...errors import BadInput
 from ...geometry import COURSE
 from ...kinematics import pose as tool_pose
 from ...kinematics import warn_if_replaced
+from ..palette import PALETTE
 from . import animation, annotations, skeleton
 from .arm_drawings import arm_drawings, finger_drawings, ghost_drawings
 from .commands import delete
@@ -126,7 +127,7 @@ class View(Scene):
                 self._triads = Figure(self.channel, "/meshcat/frames", drawings)
                 self._triads.pose(self._linkage.frames(self._q))
 
-    def ghosts(self, qs, labels=None, colours=annotations.PALETTE) -> None:
+    def ghosts(self, qs, labels=None, colours=PALETTE) -> None:
         """Translucent arms at each of `qs`, for other IK branches or a goal; `[]` removes them.
 
         None and branches out of reach are skipped, so `view.ghosts(omx.ik(pose))` does. `labels`: words shown at
@@ -159,7 +160,7 @@ class View(Scene):
             self._trail = Trail(self.channel)
             self.q = self._q
 
-    def section(self, *regions, colours=annotations.PALETTE, opacity: float = 0.22) -> None:
+    def section(self, *regions, colours=PALETTE, opacity: float = 0.22) -> None:
         """Fill plane figures in the arm's (r, z) plane, mm; they turn with joint 1. `section()` removes them.
 
         Each region is an outline (N, 2), or a pair (outline, list of holes).

@@ -13,7 +13,8 @@
     const text = (id, data) => '<script type="text/plain" id="' + id + '">' + data + "</" + "script>";
     const run = "<script>" + start + "</" + "script>";
     return shell.replace("/*config*/{}", () => config)
-      .replace("<!--viewer-->", () => text("scene", box.dataset.scene) + text("stock", stock) + text("viewer", viewer) + run);
+      .replace("<!--viewer-->", () => text("scene", box.dataset.scene) + text("objects", box.dataset.objects) +
+        text("stock", stock) + text("viewer", viewer) + run);
   }
   window.omxPage = page;
 
