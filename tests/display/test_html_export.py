@@ -49,7 +49,7 @@ def inner_page(frame):
 def test_a_static_scene_is_a_sandboxed_lazy_frame(view):
     frame = view.static_html()
     assert frame.startswith("<iframe ")
-    assert re.findall(r'sandbox="([^"]*)"', frame) == ["allow-scripts"], "no access to the page around it"
+    assert re.findall(r'sandbox="([^"]*)"', frame) == ["allow-scripts allow-downloads"]
     assert 'loading="lazy"' in frame
     assert f'title="{html.escape(repr(view))}"' in frame
 

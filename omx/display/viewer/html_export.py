@@ -60,8 +60,8 @@ def frame(channel, config: dict, height: int, title: str) -> str:
     """A sandboxed frame that holds `page`: scripts run, but cannot reach the page around it."""
     style = f"width:100%;height:{height}px;border:0;display:block"
     return (
-        f'<iframe class="omx-scene" sandbox="allow-scripts" loading="lazy" title="{html.escape(title)}" '
-        f'style="{style}" srcdoc="{html.escape(page(channel, config))}"></iframe>'
+        f'<iframe class="omx-scene" sandbox="allow-scripts allow-downloads" loading="lazy" '
+        f'title="{html.escape(title)}" style="{style}" srcdoc="{html.escape(page(channel, config))}"></iframe>'
     )
 
 

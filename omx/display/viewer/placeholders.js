@@ -21,7 +21,7 @@
   function fill(box) {
     if (box.firstElementChild) return;
     const frame = document.createElement("iframe");
-    frame.setAttribute("sandbox", "allow-scripts");
+    frame.setAttribute("sandbox", "allow-scripts allow-downloads");
     frame.title = box.getAttribute("aria-label") || "3-D scene";
     frame.style.cssText = "width:100%;height:100%;border:0;display:block";
     frame.srcdoc = page(box);

@@ -26,7 +26,8 @@ class Scene:
         self.height = int(height)
         self._aim, self._floor = (aim, distance), floor
         self._mark = 52.0 * max(0.5, distance)
-        self._config = {"cameras": environment.presets(aim, distance)}
+        #: Called with the pose (mm, rad) and the joint values (rad, None if it cannot be had) to which a reader drags.
+        self.on_drag = None
         self._widget = None
         self._notes: set[str] = set()
         with self.channel.batch():
@@ -65,6 +66,10 @@ class Scene:
         if not self._dark:
             self._set_ground(night, True)
         return night
+
+    def _config(self) -> dict:
+        """What the scene's scripts are told when they start."""
+        return {"cameras": environment.presets(*self._aim)}
 
     # -- marks --------------------------------------------------------------------------------------------
 
@@ -126,8 +131,9 @@ class Scene:
         if self._widget is None:
             from .widget import SceneWidget
 
-            config = {**self._config, "shell": html_export.shell(self._config)}
+            config = {**self._config(), "shell": html_export.shell(self._config())}
             self._widget = SceneWidget(self.channel, self._night(), height=self.height, title=repr(self), config=config)
+            self._widget.on_drag = lambda pose, q: self.on_drag and self.on_drag(pose, q)
         return self._widget
 
     def static_html(self, *, height: int | None = None, shared: bool = False) -> str:
@@ -138,8 +144,8 @@ class Scene:
         """
         height = height or self.height
         if not shared:
-            return html_export.frame(self.channel, self._config, height, repr(self))
-        return html_export.placeholder(self.channel, self._config, height, repr(self), self._night().log)
+            return html_export.frame(self.channel, self._config(), height, repr(self))
+        return html_export.placeholder(self.channel, self._config(), height, repr(self), self._night().log)
 
     def __repr__(self) -> str:
         return "3-D scene"
