@@ -146,11 +146,12 @@ def _count(job: _Job, project, executor: Executor | None, progress) -> Counts:
         raise BadInput(f"`progress` must be a function, or None; got {shown(progress)}.")
     if executor is not None and not callable(getattr(executor, "map", None)):
         raise BadInput(f"`executor` must have a `map`, as those of concurrent.futures do; got {shown(executor)}.")
-    if executor is None:
+    if executor is None and sys.platform != "emscripten":  # a browser's Python has no threads
         with ThreadPoolExecutor(cpu_count()) as threads:
             return _count(job, project, threads, progress)
+    shared_out = map if executor is None else executor.map
     total = np.zeros(prod(map(len, job.axes)), dtype=np.int64)
-    for first, counts in zip(firsts, executor.map(partial(_task, job, project), firsts), strict=True):
+    for first, counts in zip(firsts, shared_out(partial(_task, job, project), firsts), strict=True):
         total += counts
         if progress is not None:
             progress(min(first * BLOCK + TASK, job.samples), job.samples)

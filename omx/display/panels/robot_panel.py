@@ -6,6 +6,7 @@ motors go off only when *Relax* has been held for two seconds. The page sends a 
 page, the network or the kernel dies, the arm stops. The stop button works at any time, also while a cell is running.
 """
 
+import asyncio
 import contextlib
 import html
 import math
@@ -106,7 +107,7 @@ class RobotPanel(ipywidgets.VBox):
         looks = (weakref.ref(self), self._closing)
         self._thread = threading.Thread(target=_watch, args=looks, name="omx panel", daemon=True)
         if watch:
-            self._thread.start()
+            self._start_watching(*looks)
 
     def __repr__(self) -> str:
         return f"RobotPanel: {self.joints.view!r}"
@@ -223,6 +224,12 @@ class RobotPanel(ipywidgets.VBox):
             self.motors.value, self.resume_button.disabled = self.driver.torque, self.driver.stopped is None
         self._looks += 1
 
+    def _start_watching(self, *looks) -> None:
+        if sys.platform == "emscripten":  # a browser's Python has no threads: it looks between two cells
+            self._task = asyncio.ensure_future(_watch_between_cells(*looks))
+        else:
+            self._thread.start()
+
     def _table(self) -> str:
         health = reg.block("present_voltage", "present_temperature")
         bus, servos = self.robot.bus, JOINT_IDS
@@ -255,6 +262,17 @@ class RobotPanel(ipywidgets.VBox):
 def _watch(panel, closing: threading.Event) -> None:
     """Ten looks a second, until the panel is closed or nobody has it any more."""
     while not closing.wait(LOOK_S):
+        here = panel()
+        if here is None or not here.robot.bus.is_open:
+            return
+        here._try(here.look)
+        del here
+
+
+async def _watch_between_cells(panel, closing: threading.Event) -> None:
+    """The same looks, in turn with the cells."""
+    while not closing.is_set():
+        await asyncio.sleep(LOOK_S)
         here = panel()
         if here is None or not here.robot.bus.is_open:
             return
