@@ -17,6 +17,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
 import zipfile
 from pathlib import Path
 
@@ -90,6 +91,7 @@ def build(pyodide=None, solutions=False):
     run([*command, "--output-dir", LITE, "--no-sourcemaps", "--apps", "lab"], "JupyterLite", SOURCE)
     for font in [*LITE.glob("build/fa-*.svg"), *LITE.glob("build/fa-*.eot")]:
         font.unlink()  # for browsers older than any that can run Pyodide
+    shutil.copyfile(LITE / "lab" / "favicon.ico", LITE / "favicon.ico")  # browsers ask for it there
     configure(LITE / "jupyter-lite.json")
     write_start_page(LITE / "index.html")
     notices.write(LITE, notices.LITE, [core] if (core / "LICENSE").exists() else [], packages_of(python))
@@ -153,9 +155,12 @@ def lay_out_packages(static, python, pyodide=None):
     lock = json.loads((static / "pyodide-lock.json").read_text(encoding="utf-8"))
     known = {plain(name): about for name, about in lock["packages"].items()}
     version = lock["info"]["python"].rpartition(".")[0]
+    needed = closure([*WANTED, *(need for needs in EXTRA.values() for need in needs)], known)
     source = pyodide or carried(python, version)
+    if source is None:
+        refuse([name for name in needed if not known[name]["file_name"].endswith("none-any.whl")])
     packages, missing = {}, []
-    for name in closure([*WANTED, *(need for needs in EXTRA.values() for need in needs)], known):
+    for name in needed:
         if file := built(known[name], static, source):
             packages[name] = {**known[name], **file}
         elif wheel := pure_wheel(python, name, known[name]["version"], version):
@@ -169,14 +174,18 @@ def lay_out_packages(static, python, pyodide=None):
         else:
             packages[name] = entry(name, wheel, needs) | laid_out(wheel, static)
     if missing:
-        raise Stop(
-            f"The browser's builds of {', '.join(missing)} cannot be had: the package index was not reached or no "
-            "longer has them. Check the network, or give a Pyodide distribution by `--pyodide FOLDER`."
-        )
+        refuse(missing)
     for about in packages.values():
         about["depends"] = [plain(need) for need in about["depends"] if plain(need) in packages]
     lock["packages"] = packages
     (static / "pyodide-lock.json").write_text(json.dumps(lock), encoding="utf-8")
+
+
+def refuse(missing):
+    raise Stop(
+        f"The browser's builds of {', '.join(missing)} cannot be had: the package index was not reached or no longer "
+        "has them. Check the network, or give a Pyodide distribution by `--pyodide FOLDER`."
+    )
 
 
 def closure(names, known):
@@ -227,11 +236,15 @@ def pure_wheel(python, name, version, for_python):
 
 
 def own_wheel():
-    """A wheel of `omx` as it is now."""
+    """A wheel of `omx` as it is now, from a copy: setuptools would leave notes of what it built beside the source."""
     for old in WHEELS.glob("omx-*.whl"):
         old.unlink()
-    command = [sys.executable, "-m", "uv", "build", "--quiet", "--wheel", "--no-build-isolation", "--out-dir", WHEELS]
-    run([*command, ROOT], "building omx", ROOT)
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copytree(ROOT / "omx", Path(folder, "omx"), ignore=shutil.ignore_patterns("__pycache__"))
+        for name in ("pyproject.toml", "environment.txt", "LICENSE", "README.md"):
+            shutil.copyfile(ROOT / name, Path(folder, name))
+        command = [sys.executable, "-m", "uv", "build", "--quiet", "--wheel", "--no-build-isolation"]
+        run([*command, "--out-dir", WHEELS, folder], "building omx", ROOT)
     return next(WHEELS.glob("omx-*.whl"))
 
 

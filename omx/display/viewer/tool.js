@@ -56,7 +56,7 @@
       new THREE.CylinderGeometry(0.009, 0.009, SIZE - 0.006).translate(0, 0.5 * SIZE + 0.012, 0));
   });
   const flat = (geometry) => geometry.rotateX(Math.PI / 2);
-  part("pitch", flat(new THREE.TorusGeometry(RING, 0.0011, 8, 60)), colours.ink, ring, flat(new THREE.TorusGeometry(RING, 0.007, 6, 36)));
+  const circle = part("pitch", flat(new THREE.TorusGeometry(RING, 0.0011, 8, 60)), colours.ink, ring, flat(new THREE.TorusGeometry(RING, 0.007, 6, 36)));
   const knob = part("pitch", new THREE.SphereGeometry(0.0062, 16, 12), colours.ink, ring, new THREE.SphereGeometry(0.012, 8, 6));
   const knobTarget = targets.at(-1);
   const ball = part("all", new THREE.SphereGeometry(0.0068, 16, 12), colours.ink, handle, new THREE.SphereGeometry(0.014, 8, 6));
@@ -66,8 +66,9 @@
     handle.position.set(1e-3 * x, 1e-3 * y, 1e-3 * z);
     ring.rotation.z = Math.atan2(y, x);
     for (const k of [knob, knobTarget]) k.position.set(RING * Math.cos(pitch), 0, RING * Math.sin(pitch));
-    const ink = document.documentElement.classList.contains("dark") && !refused() ? "#ffffff" : refused() ? colours.refused : colours.ink;
-    for (const mesh of [ball, knob]) mesh.material.color.set(ink);
+    const night = document.documentElement.classList.contains("dark");
+    const ink = refused() ? colours.refused : night ? "#ffffff" : colours.ink;
+    for (const mesh of [ball, knob, circle]) mesh.material.color.set(ink);
   }
   const refused = () => Boolean(wanted && found.length && !chosen);
   const dragging = () => Boolean(grip || waiting);
