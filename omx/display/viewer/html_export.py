@@ -71,10 +71,10 @@ def placeholder(channel, config: dict, height: int, title: str, night: dict | No
     It holds the whole scene. A site may take out of it (`data-objects`) what its script already has.
     """
     scene, objects = scene_data(channel, night, apart=True)
+    config = html.escape(json.dumps(config, separators=(",", ":")), quote=False).replace("'", "&#39;")
     return (
         f'<div class="omx-scene" role="img" aria-label="{html.escape(title)}" style="width:100%;height:{height}px" '
-        f'data-config="{html.escape(json.dumps(config))}" data-scene="{scene}" '
-        f'data-objects="{packed_objects(objects)}"></div>'
+        f'data-config=\'{config}\' data-scene="{scene}" data-objects="{packed_objects(objects)}"></div>'
     )
 
 
