@@ -21,8 +21,8 @@ def share(libraries, folder=SHARED):
     fresh.mkdir(exist_ok=True)
     update(folder / "omx-view.js", write_site_script(fresh, runs.stock()).read_bytes())
     shutil.rmtree(fresh)
-    for script in PANELS.glob("*.js"):
-        update(folder / script.name, script.read_bytes())
+    for name in ("row_panel.js", "panel.js"):
+        update(folder / name, (PANELS / name).read_bytes())
 
 
 def update(path, data):
