@@ -1,15 +1,12 @@
 """`Picture`: a figure with its alt text; and what all figures share: colours, axes, legend, numbers in words."""
 
 import io
-import logging
 from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from ..palette import PALETTE
-
-logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)  # it would tell of its cache in the first cell
 
 #: Pixels for an inch: the picture is stored at twice the size at which it is shown.
 DPI, SHARPNESS = 96, 2
