@@ -191,10 +191,10 @@ def _block(job: _Job, i: int) -> np.ndarray:
 
 
 def _cells(job: _Job, points: list[np.ndarray]) -> np.ndarray:
-    """The number of the cell of each point, counted through all axes, the last one fastest."""
-    number = np.zeros(len(points[0]), dtype=np.int64)
+    """The number of the cell of each point, counted through all axes, the last one fastest, for `bincount`."""
+    number = np.zeros(len(points[0]), dtype=np.intp)
     for axis, values in zip(job.axes, points, strict=True):
-        place = np.floor((values - (axis[0] - 0.5 * job.step)) / job.step).astype(np.int64)
+        place = np.floor((values - (axis[0] - 0.5 * job.step)) / job.step).astype(np.intp)
         number = number * len(axis) + np.clip(place, 0, len(axis) - 1)  # rounding at the rim
     return number
 
