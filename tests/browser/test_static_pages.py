@@ -7,8 +7,8 @@ import pytest
 
 import omx
 from book.chapters import normalise
-from book.reader import handin
 from book.publish import shared
+from book.reader import handin
 from omx.display.panels import PosePanel
 from omx.display.viewer import View, write_site_script
 from tests.browser.latency import percentile
