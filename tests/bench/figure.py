@@ -7,12 +7,12 @@ from pathlib import Path
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from omx.display.plots import COLOURS
+from omx.display.palette import PALETTE
 from tests.bench.sheet import Panel
 
 MARKERS = "osD^vP"
 COLUMNS, WIDTH_IN, HEIGHT_IN, DPI = 2, 15.0, 5.6, 110
-LIMIT_COLOUR, BAR_COLOUR, OVER_COLOUR = "#1b1f24", COLOURS[0], COLOURS[4]
+LIMIT_COLOUR, BAR_COLOUR, OVER_COLOUR = "#1b1f24", PALETTE[0], PALETTE[4]
 
 
 def drawn(panels: list[Panel], path: Path) -> None:
@@ -31,7 +31,7 @@ def drawn(panels: list[Panel], path: Path) -> None:
 
 def _lines(axes, panel: Panel) -> None:
     """A colour and a marker for each name; dashed with two threads, in the colour of one."""
-    styles = cycle(zip(COLOURS, MARKERS, strict=True))
+    styles = cycle(zip(PALETTE, MARKERS, strict=True))
     style_of = {base: next(styles) for base in dict.fromkeys(map(_base, panel.lines))}
     for name, points in panel.lines.items():
         colour, marker = style_of[_base(name)]

@@ -4,8 +4,6 @@ import copy
 import json
 import math
 import re
-import shutil
-import subprocess
 from html.parser import HTMLParser
 from urllib.parse import unquote, urldefrag
 
@@ -14,13 +12,14 @@ import pytest
 import omx
 from book.chapters import runs, student
 from book.chapters.normalise import normalise
-from book.publish import deck, npm, pages, shared, site
+from book.publish import deck, npm, pages, site
 from book.setup.paths import Stop
+from omx.display.viewer import View, html_export
 from omx.display.viewer.row_view import places
 from omx.generated import fk, ik
 from tests.helpers.chapter import chapter, code, markdown
+from tests.helpers.javascript import flat, in_node
 
-NODE = shutil.which("node")
 Q = [(0.0, 0.0, 0.0, 0.0), omx.HOME, (0.3, 1.2, -0.9, 1.8), (3.1, -1.5, 1.4, -1.7), (-2.0, 0.1, 0.1, 3.3)]
 POSES = [(274.0, 0.0, 204.8, 0.0), (0.0, 0.0, 300.0, 0.5), (16.0, 4.0, 336.0, 0.26), (600.0, 0.0, 204.0, 0.0)]
 
@@ -85,16 +84,6 @@ def test_icons_in_use_are_kept_and_the_rest_is_gone(built_site):
 # ---- kinematics in JavaScript -------------------------------------------------------------------------------
 
 
-def in_node(expression, arguments, more=""):
-    """The value of a JavaScript expression for each of the arguments (`a`), with the site's kinematics (and `more`)."""
-    if NODE is None:
-        pytest.skip("node is not on this machine")
-    program = f"globalThis.window = {{}};\n{shared.kinematics()}\n{more}\nconst {{ fk, ik }} = window.OMX_KINEMATICS;\n"
-    program += f"console.log(JSON.stringify({json.dumps(arguments)}.map((a) => {expression})));"
-    done = subprocess.run([NODE], input=program, capture_output=True, text=True, timeout=60, check=True)
-    return json.loads(done.stdout)
-
-
 def test_javascript_puts_the_marks_of_a_row_where_python_does():
     rows = [(1.2, 90.0, 110.0, 0.9), (-2.9, -40.0, -120.0, -1.5), (0.05, 0.0, 3.0, 3.1), (math.pi, 150.0, 0.0, -3.0)]
     script = (site.ROOT / "omx/display/panels/row_panel.js").read_text(encoding="utf-8")
@@ -104,10 +93,6 @@ def test_javascript_puts_the_marks_of_a_row_where_python_does():
         assert set(ours["nodes"]) == set(nodes)
         for name, matrix in nodes.items():
             assert flat(ours["nodes"][name]) == pytest.approx(flat(matrix.tolist()), abs=1e-9), name
-
-
-def flat(value):
-    return [number for item in value for number in flat(item)] if isinstance(value, (list, tuple)) else [value]
 
 
 @pytest.mark.parametrize(
@@ -216,3 +201,32 @@ def test_the_lock_file_names_no_host():
     assert "http" not in text
     packages = json.loads(text)["packages"]
     assert all(about["integrity"].startswith("sha512-") for name, about in packages.items() if name)
+
+
+# ---- what many scenes hold ------------------------------------------------------------------------------------
+
+
+def test_what_two_scenes_hold_goes_to_the_sites_script_once(tmp_path, monkeypatch):
+    """The scenes of the kept runs give up their common objects, and nothing is lost."""
+    shown = [View(omx.HOME), View(omx.ZERO)]
+    shown[1].label("mine", "only here", (0, 0, 100))
+    outputs = [{"output_type": "display_data", "metadata": {}, "data": {"text/html": v.static_html(shared=True)}}
+               for v in shown]  # fmt: skip
+    notebook = normalise({"cells": [*chapter(), code("view", outputs=outputs)], "nbformat": 4})
+    notebook["cells"][-1]["outputs"] = outputs  # the normaliser stores no scenes
+    path, kept = tmp_path / "07-lines.ipynb", tmp_path / "kept"
+    kept.mkdir()
+    for where in (path, kept / path.name):
+        where.write_text(json.dumps(notebook))
+    monkeypatch.setattr(runs, "chapters", lambda: [path])
+    runs.gather(kept)
+    common = runs.stock(kept)
+    whole = runs.OBJECTS.findall(outputs[0]["data"]["text/html"] + outputs[1]["data"]["text/html"])
+    thin = runs.OBJECTS.findall(
+        "".join(o["data"]["text/html"] for o in runs.merged(path, kept)["cells"][-1]["outputs"])
+    )
+    for (*_, before), (*_, after) in zip(whole, thin, strict=True):
+        assert html_export.unpacked_objects(before) == html_export.unpacked_objects(after) | {
+            name: common[name] for name in html_export.unpacked_objects(before) if name in common
+        }
+    assert [len(html_export.unpacked_objects(text)) for *_, text in thin] == [0, 1]

@@ -1,37 +1,108 @@
-"""JupyterLite: Python in the browser tab runs SymPy, and no request leaves the machine."""
+"""The book in a browser tab: built whole or not at all, complete, light, and alive with the network cut.
 
-from urllib.parse import quote
+Every chapter, cell by cell: `python run.py test lite` (lite_chapters.py).
+"""
+
+import json
+import math
+import os
+import zipfile
 
 import pytest
 
+from book.chapters import runs
 from book.publish import lite
 from book.setup.paths import Stop
 from tests.browser.weblook import served
-
-CODE = "import sympy; x = sympy.Symbol('x'); print(sympy.factor(x**4 - 1), sympy.__version__)"
+from tests.helpers.lite import chapter, run_all
 
 
 @pytest.fixture(scope="module")
-def home():
+def built():
     try:
         lite.build()
     except Stop as stop:
         pytest.skip(str(stop))
-    with served(lite.LITE) as address:
-        yield address
+    return lite.LITE
 
 
-def test_sympy_runs_in_the_browser_and_nothing_leaves(look):
-    look.open(f"repl/index.html?kernel=python&execute=1&code={quote(CODE)}")
-    output = look.page.locator(".jp-OutputArea-output", has_text="(x - 1)*(x + 1)*(x**2 + 1)")
-    output.first.wait_for(timeout=240_000)
-    assert [problem for problem in look.problems if problem.startswith("request leaves")] == []
+def test_every_chapter_is_there_as_a_sheet_and_says_where_it_runs(built):
+    names = sorted(path.name for path in (built / "files").glob("*.ipynb"))
+    assert names == [path.name for path in runs.chapters()]
+    for name in names:
+        first, *rest = json.loads((built / "files" / name).read_text(encoding="utf-8"))["cells"]
+        assert "runs in your browser" in "".join(first["source"])
+        assert not any(cell.get("outputs") for cell in rest)
+        assert f"path={name}" in (built / "index.html").read_text(encoding="utf-8")
 
 
-def test_the_chapters_without_a_bus_are_there_as_sheets():
-    names = {path.name[:2] for path in (lite.SOURCE / "files").glob("*.ipynb")}
-    assert {"00", "01", "03"} <= names
-    assert not names & set(lite.NEEDS_A_BUS)
+def test_it_is_light(built):
+    assert sum(path.stat().st_size for path in built.rglob("*") if path.is_file()) < 60e6
+
+
+def test_a_chapter_lives_with_the_network_cut(built, chromium):
+    """The student's copy of chapter 00 runs up to its first TODO; slider and tool move the arm, in the tab's Python."""
+    with served(built) as home, chapter(chromium, home, runs.chapters()[0].name) as tab:
+        cells, _ = run_all(tab)
+        assert sum(bool(cell.get("execution_count")) for cell in cells) >= 5
+        tab.evaluate("jupyterapp.shell.currentWidget.content.scrollToItem(2)")
+        tab.locator(".omx-scene[data-ready]").first.wait_for()
+        tab.wait_for_timeout(1500)
+        frame = next(f for f in tab.frames if f != tab.main_frame and f.evaluate("!!window.omxScene?.tool"))
+        q = frame.evaluate("omxScene.tool.state().q")
+        tab.locator(".noUi-handle").first.press("ArrowRight")
+        tab.wait_for_timeout(1500)
+        moved = frame.evaluate("omxScene.tool.state().q")
+        assert moved != q
+        asked = frame.evaluate("omxScene.tool.state().asked")
+        frame.evaluate("(pose) => omxScene.tool.move(pose)", [*asked[:2], asked[2] - 30, asked[3]])
+        tab.wait_for_timeout(1500)
+        shown = float(tab.locator(".widget-readout").nth(1).inner_text())
+        assert shown == pytest.approx(math.degrees(frame.evaluate("omxScene.tool.state().q[1]")), abs=0.51)
+        assert tab.outside == []
+
+
+# ---- what cannot be had ------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def elsewhere(tmp_path, monkeypatch):
+    """A build in folders of its own, beside one that is already there."""
+    for name in ("SOURCE", "LITE", "WHEELS"):
+        monkeypatch.setattr(lite, name, tmp_path / name)
+    lite.LITE.mkdir()
+    (lite.LITE / "kept").touch()
+
+
+def test_without_the_package_index_one_sentence_and_nothing_half_built(built, elsewhere, monkeypatch, capsys):
+    monkeypatch.setenv("PIP_INDEX_URL", "http://127.0.0.1:9/")
+    monkeypatch.setenv("PIP_CONFIG_FILE", os.devnull)
+    monkeypatch.setenv("PIP_RETRIES", "0")
+    assert lite.main([]) == 1
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "numpy" in said
+    assert "--pyodide FOLDER" in said
+    assert [path.name for path in lite.LITE.iterdir()] == ["kept"]
+
+
+def test_another_pyodide_is_refused_in_one_sentence(built, elsewhere, tmp_path, capsys):
+    folder = tmp_path / "pyodide"
+    folder.mkdir()
+    (folder / "pyodide-lock.json").write_text('{"info": {"version": "314.0.7"}, "packages": {}}')
+    assert lite.main(["--pyodide", str(folder)]) == 1
+    assert "holds Pyodide 314.0.7, but the kernel was made for 0.27." in capsys.readouterr().err
+    assert lite.main(["--pyodide", str(tmp_path)]) == 1
+    assert "holds no Pyodide" in capsys.readouterr().err
+
+
+def test_a_build_with_another_hash_is_not_taken(tmp_path):
+    about = {"file_name": "numpy-2.0.2.whl", "sha256": "0" * 64}
+    carrier = tmp_path / "carrier.whl"
+    with zipfile.ZipFile(carrier, "w") as archive:
+        archive.writestr("somewhere/numpy-2.0.2.whl", b"something else")
+    assert lite.built(about, tmp_path, carrier) is None
+    assert not (tmp_path / "numpy-2.0.2.whl").exists()
 
 
 def test_what_the_builder_needs_is_pinned():

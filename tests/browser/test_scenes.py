@@ -5,6 +5,7 @@ import statistics
 import psutil
 import pytest
 
+import omx
 from tests.browser.latency import PANEL, PROBE, latencies, summary
 from tests.browser.pages import is_blank, pixels, share_changed
 from tests.helpers.lab import run_in_kernel
@@ -136,6 +137,31 @@ def test_a_slider_flood_ends_at_the_last_position(lab, open_page, notebook):
     code = "import omx\nprint(*(1e-3 * omx.fk(panel.view.q)[:3, 3]))"
     wanted = [float(word) for word in run_in_kernel(lab, page.kernel["id"], code).split()]
     assert tool_position(scene_frames(page.page)[0]) == pytest.approx(wanted, abs=1e-9)
+
+
+def test_the_tool_is_dragged_in_a_notebook(lab, open_page, notebook):
+    """The scene follows at once, the kernel hears of it, and both end at the same joint angles."""
+    page = open_page(notebook("from omx.display.panels import PosePanel\npanel = PosePanel()\npanel"))
+    page.run_all()
+    page.panel()
+    (frame,) = scene_frames(page.page)
+    page.settle()
+    tool = frame.locator("#omx-grip")
+    tool.focus()
+    for key in ("PageDown", "ArrowLeft", "+"):
+        for _ in range(3):
+            tool.press(f"Shift+{key}")
+    page.settle()
+    page.settle()
+    state = frame.evaluate("omxScene.tool.state()")
+    code = "print(*panel.pose, *panel.view.q, *[s.value for s in panel.sliders])"
+    told = [float(word) for word in run_in_kernel(lab, page.kernel["id"], code).split()]
+    assert told[:4] == pytest.approx(state["asked"], abs=1e-9)
+    assert told[4:8] == pytest.approx(state["q"], abs=1e-9)
+    assert told[8:11] == pytest.approx(state["asked"][:3], abs=1e-9)
+    assert state["asked"][1] == pytest.approx(30)
+    assert tool_position(frame) == pytest.approx(1e-3 * omx.fk(state["q"])[:3, 3], abs=1e-9)
+    assert not page.errors
 
 
 def scene_frames(page):

@@ -1,11 +1,17 @@
 """Scenes in plain pages: from the disk, with every request watched, they draw, play and stay in their frame."""
 
+import math
+
+import numpy as np
 import pytest
 
 import omx
 from book.chapters import normalise
+from book.publish import shared
 from book.reader import handin
+from omx.display.panels import PosePanel
 from omx.display.viewer import View, write_site_script
+from tests.browser.latency import percentile
 from tests.browser.pages import is_blank, pixels, share_changed
 
 
@@ -120,3 +126,211 @@ def test_a_file_to_hand_in_is_alive_and_fetches_nothing(show, tmp_path):
         page.keyboard.press("ArrowRight")
     page.wait_for_timeout(500)
     assert share_changed(before, pixels(page.locator("iframe"))) > 0.002, "the slider turns the arm"
+
+
+# ---- the tool under the reader's hand --------------------------------------------------------------------------
+
+STATE = "omxScene.tool.state()"
+WORDS = "[document.querySelector('#omx-words').textContent, document.querySelector('#omx-note').textContent]"
+ON_SCREEN = """(point) => {
+  const { viewer } = omxScene, box = viewer.renderer.domElement.getBoundingClientRect();
+  const at = new MeshCat.THREE.Vector3(...point).multiplyScalar(1e-3)
+    .applyMatrix4(viewer.scene_tree.children.meshcat.object.matrixWorld).project(viewer.camera);
+  return [box.left + (at.x + 1) * box.width / 2, box.top + (1 - at.y) * box.height / 2];
+}"""
+#: Note when each pointer event happened and when the frame that shows it was drawn.
+WATCH = """() => {
+  const { viewer } = omxScene, render = viewer.render;
+  let since = 0;
+  window.omxTimes = [];
+  window.omxWork = [];
+  window.addEventListener("pointerrawupdate", (e) => { since ||= e.timeStamp; }, { capture: true });
+  viewer.render = function () {
+    const begin = performance.now();
+    render.call(this);
+    if (!since) return;
+    viewer.renderer.getContext().finish();
+    omxTimes.push(performance.now() - since);
+    omxWork.push(performance.now() - begin);
+    since = 0;
+  };
+}"""
+
+
+RED_GHOSTS = """(() => {
+  const red = ({ opacity, color }) => opacity > 0.5 && opacity < 0.9 && color?.getHexString() === "c8102e";
+  let count = 0;
+  omxScene.viewer.scene.traverse((o) => { if (o.isMesh && o.visible && red(o.material)) count++; });
+  return count;
+})()"""
+WIDTH = """(scale) => new Promise((done) => {
+  const image = new Image();
+  image.onload = () => done(image.width);
+  image.src = omxScene.picture(scale);
+})"""
+
+
+def where(page, frame, point):
+    """A point (mm) of the first scene in the page's pixels."""
+    box = page.locator("iframe").bounding_box()
+    x, y = frame.evaluate(ON_SCREEN, list(point))
+    return box["x"] + x, box["y"] + y
+
+
+def drag(page, start, end, steps=12, pause=18):
+    page.mouse.move(*start)
+    page.mouse.down()
+    for k in range(1, steps + 1):
+        page.mouse.move(*(a + (b - a) * k / steps for a, b in zip(start, end, strict=True)))
+        page.wait_for_timeout(pause)
+    page.mouse.up()
+    page.wait_for_timeout(1000)
+
+
+def on_ring(pose, pitch):
+    """The point (mm) of the handle's ring that stands for a pitch."""
+    x, y, z, _ = pose
+    out, up = 52 * math.cos(pitch) / math.hypot(x, y), 52 * math.sin(pitch)
+    return x + out * x, y + out * y, z + up
+
+
+def drawn(frame):
+    """The four moving frames as the viewer draws them, (4, 4, 4), mm."""
+    find = "(i) => omxScene.viewer.scene_tree.find(['meshcat', 'arm', `${i}`]).object"
+    elements = f"(i) => {{ const o = ({find})(i); o.updateMatrix(); return o.matrix.elements; }}"
+    matrices = np.array([frame.evaluate(elements, i) for i in range(1, 5)])
+    matrices = matrices.reshape(4, 4, 4).transpose(0, 2, 1)
+    matrices[:, :3, 3] *= 1e3
+    return matrices
+
+
+def opened(show, folder, view):
+    path = write(folder, view.static_html())
+    page, _ = show(path)
+    (frame,) = frames(page, 1)
+    return page, frame
+
+
+def test_dragging_the_tool_moves_the_arm_as_python_would(show, tmp_path, capsys):
+    start = (0.3, -0.4, 0.4, 0.5)
+    view = View(start)
+    page, frame = opened(show, tmp_path, view)
+    frame.locator("#omx-bar button", has_text="tool").click()
+    page.wait_for_timeout(500)
+    before = omx.pose(start)
+    assert frame.evaluate(STATE)["asked"] == pytest.approx(before, abs=1e-9)
+    frame.evaluate(WATCH)
+    x, y, z, pitch = before
+    drag(page, where(page, frame, (x, y, z + 60)), where(page, frame, (x, y, z + 100)), steps=30)
+    asked = frame.evaluate(STATE)["asked"]
+    assert asked[:2] == pytest.approx(before[:2], abs=1e-6), "the arrow of z moves z alone"
+    assert asked[2] == pytest.approx(z + 40, abs=1.5)
+    drag(page, *(where(page, frame, on_ring(asked, p)) for p in (pitch, pitch + 0.6)), steps=30)
+    state = frame.evaluate(STATE)
+    assert state["asked"][:3] == pytest.approx(asked[:3], abs=1e-9), "the ring turns the pitch alone"
+    assert state["asked"][3] == pytest.approx(pitch + 0.6, abs=0.03)
+    q = omx.solve_ik(state["asked"], start).q
+    assert state["q"] == pytest.approx(q, abs=1e-9)
+    np.testing.assert_allclose(drawn(frame), omx.frames(q)[1:], atol=1e-6)
+    times, work = frame.evaluate("[omxTimes, omxWork]")
+    with capsys.disabled():
+        told = f"median {np.median(times):.0f} ms, p95 {percentile(times):.0f} ms"
+        print(f"\npointer to drawn frame: {told}; drawing {np.median(work):.0f} ms of it ({len(times)} frames)")
+
+
+def test_what_a_limit_refuses_is_told_and_red_and_the_arm_stays(show, tmp_path):
+    page, frame = opened(show, tmp_path, View())
+    frame.locator("#omx-bar button", has_text="tool").click()
+    tool = frame.locator("#omx-grip")
+    tool.focus()
+    for _ in range(12):
+        tool.press("Shift+PageDown")
+    page.wait_for_timeout(1000)
+    state = frame.evaluate(STATE)
+    solutions = omx.ik(state["asked"])
+    assert not any(s.legal for s in solutions)
+    assert state["chosen"] is None
+    assert omx.pose(state["q"])[2] > state["asked"][2] + 5, "the arm stays where it last could be"
+    least = min((s for s in solutions if s.reachable), key=lambda s: max(v.excess for v in s.violations))
+    spoken, shown = frame.evaluate(WORDS)
+    for violation in least.violations:
+        degrees = f"{math.degrees(violation.excess):.1f}° beyond its limit"
+        assert f"{violation.joint} = " in shown
+        assert degrees in shown
+        assert degrees in spoken
+    assert frame.evaluate(RED_GHOSTS) > 3
+    tool.press("Shift+PageUp")
+    tool.press("Shift+PageUp")
+    page.wait_for_timeout(1000)
+    assert frame.evaluate(STATE)["chosen"] is not None
+    assert frame.locator("#omx-note").is_hidden()
+
+
+def test_a_scene_warns_when_the_arm_is_below_the_table_or_in_itself(show, tmp_path):
+    page, frame = opened(show, tmp_path, View((0, math.radians(39), 0.7, 0.5)))
+    page.wait_for_timeout(600)
+    spoken, shown = frame.evaluate(WORDS)
+    gap = -float(omx.collision.clearance((0, math.radians(39), 0.7, 0.5)))
+    assert shown == f"Fingers {gap:.0f}\u2009mm below the table."
+    assert "below the table" in spoken
+    page, frame = opened(show, tmp_path, View())
+    page.wait_for_timeout(600)
+    spoken, shown = frame.evaluate(WORDS)
+    assert shown == ""
+    assert spoken.startswith("Tool at x = 122.0, y = 0.0, z = 241.3 mm, pitch = 0.0°; front, elbow up;")
+
+
+def test_a_finger_drags_too_and_the_sliders_of_a_panel_follow(browser, tmp_path):
+    """On a touch screen, in a page with a panel: the finger pulls the ball, the sliders and verdicts follow."""
+    write_site_script(tmp_path)
+    (tmp_path / "omx-kinematics.js").write_text(shared.kinematics(), encoding="utf-8")
+    names = ("omx-view.js", "omx-kinematics.js", "row_panel.js", "panel.js")
+    for name in names[2:]:
+        (tmp_path / name).write_bytes((shared.PANELS / name).read_bytes())
+    scripts = "".join(f'<script src="{name}" defer></script>' for name in names)
+    path = write(tmp_path, PosePanel(q=(0.3, -0.4, 0.4, 0.5)).static_html(shared=True), script=scripts)
+    context = browser.new_context(viewport={"width": 390, "height": 800}, has_touch=True, is_mobile=True)
+    page = context.new_page()
+    page.goto(path.as_uri())
+    (frame,) = frames(page, 1)
+    page.wait_for_timeout(600)
+    before = frame.evaluate(STATE)["asked"]
+    x, y = where(page, frame, before[:3])
+    finger = context.new_cdp_session(page)
+
+    def touch(kind, *points):
+        at = [{"x": x, "y": y} for x, y in points]
+        finger.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": at})
+
+    touch("touchStart", (x, y))
+    for k in range(1, 9):
+        touch("touchMove", (x, y - 3 * k))
+        page.wait_for_timeout(30)
+    touch("touchEnd")
+    page.wait_for_timeout(1000)
+    state = frame.evaluate(STATE)
+    assert state["asked"][2] > before[2] + 5
+    assert state["q"] == pytest.approx(omx.solve_ik(state["asked"], (0.3, -0.4, 0.4, 0.5)).q, abs=1e-9)
+    sliders = [float(s.input_value()) for s in page.locator(".omx-sliders input").all()]
+    assert sliders[:3] == pytest.approx(state["asked"][:3], abs=0.51)
+    angles = page.locator(".omx-chosen .omx-angles").inner_text().replace("−", "-").split()
+    assert [float(a) for a in angles] == pytest.approx(np.degrees(state["q"]), abs=0.06)
+    context.close()
+
+
+def test_a_scene_is_kept_as_picture_and_as_one_file(show, tmp_path):
+    page, frame = opened(show, tmp_path, View())
+    frame.evaluate("omxScene.tool.move([200, 60, 150, -0.4])")
+    page.wait_for_timeout(900)
+    small, large = (frame.evaluate(WIDTH, scale) for scale in (1, 2))
+    assert large == 2 * small
+    frame.locator("#omx-bar button[aria-label^=More]").click()
+    with page.expect_download() as download:
+        frame.locator("#omx-bar button", has_text="html").click()
+    kept = tmp_path / "kept.html"
+    download.value.save_as(kept)
+    again, asked = show(kept)
+    again.wait_for_selector("body[data-ready]", timeout=30_000)
+    again.wait_for_timeout(500)
+    assert again.evaluate(STATE)["asked"] == pytest.approx([200, 60, 150, -0.4], abs=1e-9)
+    assert [url for url in asked if not url.startswith(("data:", "blob:"))] == [kept.as_uri()]

@@ -49,7 +49,7 @@ def inner_page(frame):
 def test_a_static_scene_is_a_sandboxed_lazy_frame(view):
     frame = view.static_html()
     assert frame.startswith("<iframe ")
-    assert re.findall(r'sandbox="([^"]*)"', frame) == ["allow-scripts"], "no access to the page around it"
+    assert re.findall(r'sandbox="([^"]*)"', frame) == ["allow-scripts allow-downloads"]
     assert 'loading="lazy"' in frame
     assert f'title="{html.escape(repr(view))}"' in frame
 
@@ -92,25 +92,35 @@ def test_visualizer_static_html_is_a_whole_page(view):
 # ---- shared by a site ----------------------------------------------------------------------------------
 
 
-def test_a_shared_scene_is_small_and_complete(tmp_path):
-    """A placeholder of a few kB: the arm itself is in the site's script, named by its bytes."""
-    script = write_site_script(tmp_path)
-    assert script.name == "omx-view.js"
-    values = json.loads(re.match(r"const OMX_VIEW = (\{.*\});\n", script.read_text(encoding="utf-8"))[1])
-    known = {row[0]: data for row, data in take_apart(values["stock"])}
+def shared(view):
+    """The rows of a placeholder's scene, and its objects by name."""
+    placeholder = view.static_html(shared=True)
+    scene, objects = (re.search(rf'data-{name}="([^"]*)"', placeholder)[1] for name in ("scene", "objects"))
+    return take_apart(scene), html_export.unpacked_objects(objects)
+
+
+def test_a_placeholder_holds_its_scene_and_names_its_objects_by_content():
     view = View((0.1, 0.2, 0.3, 0.4), dark=True)
     view.ghosts([omx.HOME, omx.ZERO])
-    placeholder = view.static_html(shared=True)
-    assert len(placeholder) < 5000
-    scene = take_apart(html.unescape(re.search(r'data-scene="([^"]*)"', placeholder)[1]))
-    assert {key: known.get(data, data) for key, data in scene} == view.channel.log
+    scene, objects = shared(view)
+    assert {key: objects.get(data, data) for key, data in scene} == view.channel.log
+    assert all(html_export.name_of(data) == name for name, data in objects.items())
+    other = shared(View((0.3, 0.2, 0.1, 0.0), dark=True))[1]
+    assert other.keys() < objects.keys(), "another pose is the same arm"
+
+
+def test_the_sites_script_holds_what_it_is_given(tmp_path):
+    _, objects = shared(View())
+    script = write_site_script(tmp_path, objects)
+    assert script.name == "omx-view.js"
+    values = json.loads(re.match(r"const OMX_VIEW = (\{.*\});\n", script.read_text(encoding="utf-8"))[1])
+    assert html_export.unpacked_objects(values["stock"]) == objects
 
 
 def nightly(view):
     """The commands of a shared scene for a dark theme."""
-    text = html.unescape(re.search(r'data-scene="([^"]*)"', view.static_html(shared=True))[1])
-    known = html_export.stock()
-    return {key[:3]: known.get(data, data) for key, data in take_apart(text) if key[3:] == ("night",)}
+    scene, objects = shared(view)
+    return {key[:3]: objects.get(data, data) for key, data in scene if key[3:] == ("night",)}
 
 
 @pytest.mark.parametrize("view", [View(), RowView((1.2, 90, 110, 0.9)), View.of_chain(omx.COURSE.chain)])
@@ -128,10 +138,6 @@ def test_a_shared_scene_carries_its_night(view):
 
 def test_a_site_script_is_written_in_place_of_an_old_one(tmp_path):
     assert write_site_script(tmp_path).read_bytes() == write_site_script(tmp_path).read_bytes()
-
-
-def test_the_stock_is_named_by_content():
-    assert all(html_export._name(data) == name for name, data in html_export.stock().items())
 
 
 # ---- in cells ------------------------------------------------------------------------------------------

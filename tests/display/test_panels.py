@@ -14,7 +14,7 @@ import omx
 from omx.display.panels import JointPanel, PosePanel, tables
 from omx.display.panels.throttle import Latest
 from omx.display.viewer import View
-from tests.helpers.scenes import Clock, Page, placed
+from tests.helpers.scenes import Clock, Page, decoded, placed
 
 SLIDER = omx.Chain([omx.DHRow(0, 50, 0, 1.0), omx.DHRow(0, 20, 0, 0, prismatic=True)], limits=[(-1, 1), (5, 60)])
 
@@ -326,6 +326,53 @@ def test_a_wrong_pose_is_refused():
         with pytest.raises(omx.BadInput):
             panel.pose = wrong
     assert panel.pose == before
+
+
+# ---- the tool, dragged in the scene -----------------------------------------------------------------------
+
+
+def drag(view, pose):
+    """What a page says when the reader drags the tool to `pose`."""
+    try:
+        q = list(omx.solve_ik(pose, view.q).q)
+    except omx.OmxError:
+        q = None
+    view.widget._on_message(None, {"event": "dragged", "pose": list(pose), "q": q}, [])
+    return q
+
+
+REACHED, BEYOND = (200.0, 60.0, 150.0, -0.4), (500.0, 0.0, 150.0, 0.0)
+
+
+@pytest.mark.parametrize("kind", [View, JointPanel, PosePanel])
+def test_a_dragged_tool_moves_view_and_sliders(kind):
+    shown = kind()
+    view = getattr(shown, "view", shown)
+    q = drag(view, REACHED)
+    assert view.q == pytest.approx(q)
+    if kind is JointPanel:
+        assert [s.value for s in shown.sliders] == pytest.approx(np.degrees(q))
+    if kind is PosePanel:
+        assert shown.pose == pytest.approx(REACHED)
+        assert [s.value for s in shown.sliders][:3] == list(REACHED[:3])
+    drag(view, BEYOND)
+    assert view.q == pytest.approx(q), "the arm stays"
+    if kind is PosePanel:
+        assert "out of reach" in shown.message
+
+
+def test_a_panel_with_a_command_drags_a_ghost_alone():
+    """A robot's solid arm stands where the robot is: the page is told, and the command goes its own way."""
+    panel, commands = JointPanel(), []
+    before = panel.view.q
+    panel.on_command = commands.append
+    told = decoded(panel.view.channel)[("set_property", "/meshcat/arm", "follows")]
+    assert told["value"] is False
+    q = drag(panel.view, REACHED)
+    assert commands[-1] == pytest.approx(q)
+    assert panel.view.q == before
+    panel.on_command = None
+    assert decoded(panel.view.channel)[("set_property", "/meshcat/arm", "follows")]["value"] is True
 
 
 # ---- what a cell shows ---------------------------------------------------------------------------------

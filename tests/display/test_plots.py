@@ -12,6 +12,7 @@ import pytest
 
 import omx
 from omx.display import plots
+from omx.display.palette import PALETTE
 
 Q = (0.3, -0.4, 0.5, 0.2)
 ARM = np.array([[0, 0], [1, 1.732], [0, 3.464], [-1, 3.464]])
@@ -85,7 +86,7 @@ def test_words_are_large_enough_to_read(picture):
 
 def test_colours_differ_in_grey_too():
     """Neighbours in the palette differ in luminance or are told apart by dash, width or label as well."""
-    assert len(set(plots.COLOURS)) == len(plots.COLOURS)
+    assert len(set(PALETTE)) == len(PALETTE)
     drawn = [(line.get_color(), line.get_linestyle()) for line in axes_of(PICTURES["curves"]()).lines[:2]]
     assert len({colour for colour, _ in drawn}) == len({style for _, style in drawn}) == 2
 

@@ -146,11 +146,12 @@ def _count(job: _Job, project, executor: Executor | None, progress) -> Counts:
         raise BadInput(f"`progress` must be a function, or None; got {shown(progress)}.")
     if executor is not None and not callable(getattr(executor, "map", None)):
         raise BadInput(f"`executor` must have a `map`, as those of concurrent.futures do; got {shown(executor)}.")
-    if executor is None:
+    if executor is None and sys.platform != "emscripten":  # a browser's Python has no threads
         with ThreadPoolExecutor(cpu_count()) as threads:
             return _count(job, project, threads, progress)
+    shared_out = map if executor is None else executor.map
     total = np.zeros(prod(map(len, job.axes)), dtype=np.int64)
-    for first, counts in zip(firsts, executor.map(partial(_task, job, project), firsts), strict=True):
+    for first, counts in zip(firsts, shared_out(partial(_task, job, project), firsts), strict=True):
         total += counts
         if progress is not None:
             progress(min(first * BLOCK + TASK, job.samples), job.samples)
@@ -190,10 +191,10 @@ def _block(job: _Job, i: int) -> np.ndarray:
 
 
 def _cells(job: _Job, points: list[np.ndarray]) -> np.ndarray:
-    """The number of the cell of each point, counted through all axes, the last one fastest."""
-    number = np.zeros(len(points[0]), dtype=np.int64)
+    """The number of the cell of each point, counted through all axes, the last one fastest, for `bincount`."""
+    number = np.zeros(len(points[0]), dtype=np.intp)
     for axis, values in zip(job.axes, points, strict=True):
-        place = np.floor((values - (axis[0] - 0.5 * job.step)) / job.step).astype(np.int64)
+        place = np.floor((values - (axis[0] - 0.5 * job.step)) / job.step).astype(np.intp)
         number = number * len(axis) + np.clip(place, 0, len(axis) - 1)  # rounding at the rim
     return number
 

@@ -34,6 +34,7 @@ class JointPanel(Panel):
             rows.append(line)
             slider.observe(self._heard, "value")
         self._text = ipywidgets.HTML()
+        view.let_drag(self.chain.limits, handle=False)
         sliders = ipywidgets.VBox([*rows, self._buttons(view)])
         super().__init__(
             view, [side_by_side(sliders, self._text)], clipped(view.q, self.chain.limits) if q is None else q
@@ -60,7 +61,7 @@ class JointPanel(Panel):
     def _static_data(self) -> dict:
         data = {"kind": "joints", "names": list(self.chain.names), "limits": list(self.chain.limits)}
         if self.view.geometry is not None:
-            return {**data, "geometry": list(self.view.geometry.values)}
+            return {**data, "geometry": list(self.view.geometry.values), "home": HOME}
         return {**data, "rows": [vars_of(row) for row in self.chain.rows]}
 
     def _on_sliders(self, values) -> None:

@@ -2,54 +2,16 @@
 // generator writes them as Python and as JavaScript (omx-kinematics.js).
 (function () {
   "use strict";
-  const DEG = Math.PI / 180;
-  const { fk, ik } = window.OMX_KINEMATICS || {};
-  const BRANCHES = ["front, elbow up", "front, elbow down", "back, elbow up", "back, elbow down"];
-  const COLOURS = ["#0072b2", "#e69f00", "#009e73", "#cc79a7"]; // of the ghosts, as omx.display.viewer has them
+  const A = window.OMX_ARM;
+  if (!window.OMX_KINEMATICS) return;
+  const { DEG, text, columns } = A;
   const GREEK = { theta: "\u03b8", alpha: "\u03b1" };
-  const HOME = [0, -1.05, 0.35, 0.7];
-
-  const text = (value, digits) => (Math.round(value * 10 ** digits) / 10 ** digits + 0).toFixed(digits).replace("-", "\u2212");
 
   function element(tag, attributes, ...children) {
     const node = document.createElement(tag);
     for (const [name, value] of Object.entries(attributes || {})) node.setAttribute(name, value);
     node.append(...children);
     return node;
-  }
-
-  // ---- kinematics ------------------------------------------------------------------------------------------------
-
-  // T_0_0 .. T_0_n of any chain, from its DH rows, as rows of 4x4 matrices.
-  function chainFrames(rows, q) {
-    const frames = [[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]];
-    rows.forEach(({ theta, d, a, alpha, prismatic }, i) => {
-      const t = prismatic ? theta : theta + q[i], s = prismatic ? d + q[i] : d;
-      const [ct, st, ca, sa] = [Math.cos(t), Math.sin(t), Math.cos(alpha), Math.sin(alpha)];
-      const A = [[ct, -st * ca, st * sa, a * ct], [st, ct * ca, -ct * sa, a * st], [0, sa, ca, s], [0, 0, 0, 1]];
-      frames.push(frames[i].map((row) => A[0].map((_, j) => row.reduce((sum, v, k) => sum + v * A[k][j], 0))));
-    });
-    return frames;
-  }
-
-  const columns = (T) => [0, 1, 2, 3].flatMap((j) => [0, 1, 2, 3].map((i) => (j === 3 && i < 3 ? 1e-3 * T[i][j] : T[i][j])));
-
-  const outside = (q, limits) => q.flatMap((angle, i) => {
-    const [low, high] = limits[i];
-    const excess = angle < low ? angle - low : angle > high ? angle - high : 0;
-    return Math.abs(excess) > 1e-9 ? [`q${i + 1} = ${text(angle / DEG, 1)}\u00b0 is ${text(Math.abs(excess) / DEG, 1)}\u00b0 beyond its limit`] : [];
-  });
-
-  // The four branches with a verdict each, as omx.ik gives them.
-  function branches(pose, geometry, limits) {
-    const [frontUp, frontDown, backUp, backDown, front, back] = ik.branches(...pose, ...geometry);
-    const missing = ik.missing(...pose, ...geometry);
-    return [frontUp, frontDown, backUp, backDown].map((q, k) => {
-      const reachable = Math.abs(k < 2 ? front : back) <= 1 + 1e-13;
-      const broken = reachable ? outside(q, limits) : [];
-      const verdict = reachable ? broken.join("; ") || "legal" : `out of reach, ${text(missing[k < 2 ? 0 : 1], 1)} mm missing`;
-      return { name: BRANCHES[k], q, reachable, legal: reachable && !broken.length, verdict };
-    });
   }
 
   // ---- one panel -------------------------------------------------------------------------------------------------
@@ -63,17 +25,31 @@
       this.controls = element("div", { class: "omx-controls" });
       box.append(this.controls);
       ({ pose: () => this.poseControls(), row: () => this.rowControls(), joints: () => this.jointControls() })[this.kind]();
-      window.addEventListener("message", (event) => {
-        if (event.data?.omx === "ready" && event.source === this.frame()?.contentWindow) this.send();
+      window.addEventListener("message", ({ data, source }) => {
+        if (source !== this.frame()?.contentWindow) return;
+        if (data?.omx === "ready") this.send();
+        if (data?.omx === "dragged" && this.geometry) this.dragged(data);
       });
       this.show();
     }
 
     frame() { return this.box.querySelector("iframe"); }
 
-    frames(q) {
-      if (this.rows) return chainFrames(this.rows, q);
-      return [[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], ...fk.frames(...q, ...this.geometry)];
+    frames(q) { return this.rows ? A.chainFrames(this.rows, q) : A.frames(q, this.geometry); }
+
+    // The reader drags the tool in the scene: the sliders follow, and the scene is told when all is done.
+    dragged({ pose, q, done }) {
+      if (q) this.q = q;
+      if (this.pose) {
+        this.pose = pose;
+        this.solve();
+      }
+      this.inputs.forEach((input, i) => {
+        input.value = this.pose ? this.pose[i] / (i === 3 ? DEG : 1) : this.q[i] / this.scales[i];
+        input.tell();
+      });
+      this.write();
+      if (done) this.send();
     }
 
     // Tell the scene; the newest position always wins, one message a repaint.
@@ -84,9 +60,9 @@
         const nodes = {}, visible = {};
         if (this.pale) visible["/meshcat/ghosts"] = false;
         this.frames(this.q).forEach((T, i) => { nodes[`/meshcat/arm/${i}`] = columns(T); });
-        if (this.pose) nodes["/meshcat/notes/target"] = columns(this.targetMatrix());
+        if (this.pose) nodes["/meshcat/notes/target"] = columns(A.target(this.pose));
         (this.found || []).forEach((s, k) => {
-          visible[`/meshcat/ghosts/${k}`] = s.reachable && s !== this.chosen;
+          visible[`/meshcat/ghosts/${k}`] = s.reachable && s.index !== this.chosen?.index;
           if (s.reachable) this.frames(s.q).forEach((T, i) => { nodes[`/meshcat/ghosts/${k}/${i}`] = columns(T); });
         });
         this.post(nodes, visible);
@@ -95,12 +71,6 @@
 
     post(nodes, visible) {
       this.frame()?.contentWindow?.postMessage({ omx: "transforms", nodes, visible }, "*");
-    }
-
-    targetMatrix() {
-      const [x, y, z, pitch] = this.pose;
-      const yaw = Math.atan2(y, x), [c, s, cp, sp] = [Math.cos(yaw), Math.sin(yaw), Math.cos(pitch), Math.sin(pitch)];
-      return [[c * cp, c * sp, -s, x], [s * cp, s * sp, c, y], [sp, -cp, 0, z], [0, 0, 0, 1]];
     }
 
     slider(list, name, unit, low, high, value, hear) {
@@ -134,6 +104,7 @@
           this.q = this.inputs.map((input, k) => Number(input.value) * joints[k].scale);
           this.show();
         }));
+      this.scales = joints.map(({ scale }) => scale);
       const go = (name, q) => {
         const button = element("button", { type: "button" }, name);
         button.addEventListener("click", () => {
@@ -144,7 +115,7 @@
         return button;
       };
       const poses = [go("zero", joints.map(({ low, high, scale }) => scale * Math.min(Math.max(0, low), high)))];
-      if (this.geometry) poses.push(go("home", HOME));
+      if (this.geometry) poses.push(go("home", this.home));
       sliders.append(element("p", { class: "omx-poses" }, ...poses));
       this.answer = element("div", { class: "omx-answer" });
       this.controls.append(sliders, this.answer);
@@ -160,7 +131,7 @@
     writePose() {
       const T = this.frames(this.q).at(-1);
       const values = ["x", "y", "z"].map((name, i) => `${name} = ${text(T[i][3], 1)} mm`);
-      if (this.geometry) values.push(`pitch = ${text(fk.pose(...this.q, ...this.geometry)[3] / DEG, 1)}\u00b0`);
+      if (this.geometry) values.push(`pitch = ${text(A.pose(this.q, this.geometry)[3] / DEG, 1)}\u00b0`);
       this.answer.replaceChildren(element("p", { class: "omx-values" }, ...values.map((v) => element("span", {}, v))),
         this.matrix(T, "T", "the pose T"));
     }
@@ -187,18 +158,16 @@
     }
 
     writeRow() {
-      this.answer.replaceChildren(this.matrix(OMX_ROW.link(...this.q), "A", "the link matrix A"));
+      this.answer.replaceChildren(this.matrix(A.link(...this.q), "A", "the link matrix A"));
     }
 
     // -- pose -----------------------------------------------------------------------------------------------------
 
     poseControls() {
-      const [, L2, L3, L4] = this.geometry, reach = Math.ceil(L2 + L3 + L4);
-      this.pose = fk.pose(...this.q, ...this.geometry);
-      const spans = [["x", "mm", -reach, reach], ["y", "mm", -reach, reach], ["z", "mm", -200, 77 + reach], ["pitch", "\u00b0", -120, 120]];
+      this.pose = A.pose(this.q, this.geometry);
       const sliders = element("div", { class: "omx-sliders" });
-      this.inputs = spans.map(([name, unit, low, high], i) =>
-        this.slider(sliders, name, unit, low, high, this.pose[i] / (i === 3 ? DEG : 1), () => {
+      this.inputs = this.sliders.map(([name, unit, low, high], i) =>
+        this.slider(sliders, name, unit === "mm" ? "mm" : "\u00b0", low, high, this.pose[i] / (i === 3 ? DEG : 1), () => {
           this.pose = this.inputs.map((input, k) => Number(input.value) * (k === 3 ? DEG : 1));
           this.solve();
           this.show();
@@ -210,10 +179,8 @@
 
     // The arm takes the legal branch that is nearest to where it is; without one, it stays.
     solve() {
-      this.found = branches(this.pose, this.geometry, this.limits);
-      const way = (s) => s.q.reduce((sum, v, i) => sum + (v - this.q[i]) ** 2, 0);
-      const legal = this.found.filter((s) => s.legal).sort((a, b) => way(a) - way(b));
-      this.chosen = legal[0];
+      this.found = A.branches(this.pose, this);
+      this.chosen = A.nearest(this.found, this.pose, this.q, this);
       if (this.chosen) this.q = this.chosen.q;
     }
 
@@ -222,9 +189,9 @@
       for (const s of this.found) {
         const angles = s.reachable ? s.q.map((v) => text(v / DEG, 1)).join("\u2002") : "\u2014";
         const cells = [s.name, angles, s.verdict].map((word, i) => element("td", { role: "cell", ...(i === 1 && { class: "omx-angles" }) }, word));
-        const colour = COLOURS[this.found.indexOf(s)];
+        const colour = this.colours[s.index];
         cells[0].prepend(element("span", { style: `color: ${colour}`, "aria-hidden": "true" }, "\u25cf "));
-        body.append(element("tr", { role: "row", ...(s === this.chosen && { class: "omx-chosen" }) }, ...cells));
+        body.append(element("tr", { role: "row", ...(s.index === this.chosen?.index && { class: "omx-chosen" }) }, ...cells));
       }
       const names = ["branch", "q (\u00b0)", "verdict"].map((word) => element("th", { scope: "col", role: "columnheader" }, word));
       const head = element("thead", { role: "rowgroup" }, element("tr", { role: "row" }, ...names));
@@ -233,11 +200,15 @@
       this.answer.replaceChildren(element("p", {}, words), table);
     }
 
-    show() {
+    write() {
       ({ pose: () => this.writeBranches(), row: () => this.writeRow(), joints: () => this.writePose() })[this.kind]();
+    }
+
+    show() {
+      this.write();
       this.send();
     }
   }
 
-  if (fk && ik) for (const box of document.querySelectorAll(".omx-panel[data-panel]")) new Panel(box);
+  for (const box of document.querySelectorAll(".omx-panel[data-panel]")) new Panel(box);
 })();

@@ -26,7 +26,8 @@ class Panel(ipywidgets.VBox):
 
     def __init__(self, view: View, controls, q):
         self.view = view
-        self.on_command = None
+        self._on_command = None
+        view.on_drag = self._dragged
         self._quiet = False
         self._values: list[float] = []
         self._told: list[tuple[int, float]] = []
@@ -35,6 +36,16 @@ class Panel(ipywidgets.VBox):
         self._tell = Latest(lambda _: self._write(), TEXT_INTERVAL, eager=False)  # the arm moves first
         super().__init__([view.widget, *controls])
         self.q = q
+
+    @property
+    def on_command(self):
+        """None, or the function that gets each commanded q."""
+        return self._on_command
+
+    @on_command.setter
+    def on_command(self, function) -> None:
+        self._on_command = function
+        self.view.follow_drags(function is None)
 
     @property
     def q(self) -> tuple[float, ...]:
@@ -66,6 +77,11 @@ class Panel(ipywidgets.VBox):
             return scene
         data = html.escape(json.dumps({"q": self.q, **self._static_data()}))
         return f'<div class="omx-panel" data-panel="{data}">{scene}</div>'
+
+    def _dragged(self, _pose, q) -> None:
+        """The reader has dragged the tool in the scene."""
+        if q is not None:
+            self._place(self.view.check(q))
 
     def _command(self, q) -> None:
         self._q = q

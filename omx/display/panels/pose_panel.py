@@ -8,15 +8,17 @@ from ...arm import HOME, LIMITS
 from ...dh import Chain
 from ...errors import JointLimit, OmxError
 from ...geometry import COURSE
-from ...kinematics import BRANCHES, IKSolution, ik, solve_ik
+from ...kinematics import IKSolution, ik, solve_ik
 from ...kinematics import pose as tool_pose
-from ..viewer.annotations import PALETTE
+from ..palette import PALETTE
+from ..viewer.arm_data import branch_names
 from ..viewer.view import View
 from . import tables
 from .panel import Panel, side_by_side, slider_row
 
 #: The branch that is nearest to where the arm is.
 NEAREST = "nearest"
+_UNITS = ("mm", "mm", "mm", "deg")
 
 
 class PosePanel(Panel):
@@ -33,15 +35,16 @@ class PosePanel(Panel):
         reach = math.ceil(sum((self.geometry.L2, self.geometry.L3, self.geometry.L4)))
         spans = {"x": reach, "y": reach, "z": (-200, math.floor(self.geometry.L1) + reach), "pitch": 120}
         made = {}
-        for name, span in spans.items():
+        for (name, span), unit in zip(spans.items(), _UNITS, strict=True):
             low, high = span if isinstance(span, tuple) else (-span, span)
-            made[name] = slider_row(name, low, high, 0.0, "deg" if name == "pitch" else "mm")
+            made[name] = slider_row(name, low, high, 0.0, unit)
         self.sliders = [slider for slider, _ in made.values()]
         for slider in self.sliders:
             slider.observe(self._heard, "value")
-        self._choice = ipywidgets.Dropdown(options=[NEAREST, *_branch_names()], description="branch")
+        self._choice = ipywidgets.Dropdown(options=[NEAREST, *branch_names()], description="branch")
         self._choice.style.description_width = "48px"
         self._choice.observe(lambda _: self._solve(), "value")
+        view.let_drag(limits, handle=True)
         self._text, self._notice = ipywidgets.HTML(), ipywidgets.HTML()
         self._solutions, self._chosen, self._message = (), None, ""
         controls = ipywidgets.VBox([row for _, row in made.values()] + [self._choice])
@@ -84,7 +87,9 @@ class PosePanel(Panel):
     # -- the slots of Panel ---------------------------------------------------------------------------------
 
     def _static_data(self) -> dict:
-        return {"kind": "pose", "geometry": list(self.geometry.values), "limits": list(self.limits)}
+        sliders = [(s.description, unit, s.min, s.max) for s, unit in zip(self.sliders, _UNITS, strict=True)]
+        return {"kind": "pose", "geometry": list(self.geometry.values), "limits": list(self.limits), "sliders": sliders,
+                "branches": branch_names(), "colours": PALETTE[:4]}  # fmt: skip
 
     def _check(self, q) -> None:
         Chain(self.view.chain.rows, self.limits).check(q)
@@ -98,6 +103,9 @@ class PosePanel(Panel):
             self._solve(command=False)
         else:
             self.branch = NEAREST
+
+    def _dragged(self, pose, _q) -> None:
+        self.pose = pose
 
     def _slider_values(self, _q) -> list[float]:
         x, y, z, pitch = self._pose
@@ -128,7 +136,7 @@ class PosePanel(Panel):
     def _choose(self) -> IKSolution:
         if self.branch == NEAREST:
             return solve_ik(self._pose, self._q, self.geometry, self.limits)
-        solution = self._solutions[_branch_names().index(self.branch)]
+        solution = self._solutions[branch_names().index(self.branch)]
         if not any(s.reachable for s in self._solutions):
             return solve_ik(self._pose, self._q, self.geometry, self.limits)  # raises, and names the nearest pose
         if not solution.reachable:
@@ -140,7 +148,3 @@ class PosePanel(Panel):
     def _write(self) -> None:
         self._text.value = tables.branch_table(self._solutions, PALETTE, self._chosen)
         self._notice.value = tables.notice(self._message, good=not self._message)
-
-
-def _branch_names() -> list[str]:
-    return [IKSolution(None, front, elbow_up).branch for front, elbow_up in BRANCHES]

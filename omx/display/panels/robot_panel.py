@@ -6,12 +6,14 @@ motors go off only when *Relax* has been held for two seconds. The page sends a 
 page, the network or the kernel dies, the arm stops. The stop button works at any time, also while a cell is running.
 """
 
+import asyncio
 import contextlib
 import html
 import math
 import sys
 import threading
 import weakref
+from pathlib import Path
 
 import anywidget
 import ipywidgets
@@ -43,32 +45,7 @@ _panels = weakref.WeakSet()
 class HoldButton(anywidget.AnyWidget):
     """A button that counts `beat` up while it is held down, by mouse, finger, space bar or enter key."""
 
-    _esm = """
-    function render({ model, el }) {
-      const button = document.createElement("button");
-      button.className = "jupyter-widgets jupyter-button widget-button" + (model.get("plain") ? "" : " mod-primary");
-      button.style.cssText = "width:auto;padding:0 18px;touch-action:none;user-select:none";
-      button.textContent = model.get("label");
-      let timer = null;
-      const send = (held) => {
-        model.set({ held, beat: model.get("beat") + 1 });
-        model.save_changes();
-      };
-      const start = () => { if (timer === null) { send(true); timer = setInterval(() => send(true), 100); } };
-      const end = () => { if (timer !== null) { clearInterval(timer); timer = null; send(false); } };
-      const key = (event) => event.key === " " || event.key === "Enter";
-      button.addEventListener("pointerdown", (event) => { button.setPointerCapture(event.pointerId); start(); });
-      const ends = ["pointerup", "pointercancel", "lostpointercapture", "blur"];
-      for (const name of ends) button.addEventListener(name, end);
-      button.addEventListener("keydown", (event) => { if (key(event)) { event.preventDefault(); start(); } });
-      button.addEventListener("keyup", (event) => { if (key(event)) end(); });
-      const hidden = () => { if (document.hidden) end(); };
-      document.addEventListener("visibilitychange", hidden);
-      el.appendChild(button);
-      return () => { end(); document.removeEventListener("visibilitychange", hidden); };
-    }
-    export default { render };
-    """
+    _esm = Path(__file__).with_name("hold_button.js").read_text(encoding="utf-8")
 
     label = traitlets.Unicode("Hold to move").tag(sync=True)
     plain = traitlets.Bool(False).tag(sync=True)
@@ -130,7 +107,7 @@ class RobotPanel(ipywidgets.VBox):
         looks = (weakref.ref(self), self._closing)
         self._thread = threading.Thread(target=_watch, args=looks, name="omx panel", daemon=True)
         if watch:
-            self._thread.start()
+            self._start_watching(*looks)
 
     def __repr__(self) -> str:
         return f"RobotPanel: {self.joints.view!r}"
@@ -247,6 +224,12 @@ class RobotPanel(ipywidgets.VBox):
             self.motors.value, self.resume_button.disabled = self.driver.torque, self.driver.stopped is None
         self._looks += 1
 
+    def _start_watching(self, *looks) -> None:
+        if sys.platform == "emscripten":  # a browser's Python has no threads: it looks between two cells
+            self._task = asyncio.ensure_future(_watch_between_cells(*looks))
+        else:
+            self._thread.start()
+
     def _table(self) -> str:
         health = reg.block("present_voltage", "present_temperature")
         bus, servos = self.robot.bus, JOINT_IDS
@@ -279,6 +262,17 @@ class RobotPanel(ipywidgets.VBox):
 def _watch(panel, closing: threading.Event) -> None:
     """Ten looks a second, until the panel is closed or nobody has it any more."""
     while not closing.wait(LOOK_S):
+        here = panel()
+        if here is None or not here.robot.bus.is_open:
+            return
+        here._try(here.look)
+        del here
+
+
+async def _watch_between_cells(panel, closing: threading.Event) -> None:
+    """The same looks, in turn with the cells."""
+    while not closing.is_set():
+        await asyncio.sleep(LOOK_S)
         here = panel()
         if here is None or not here.robot.bus.is_open:
             return

@@ -2,6 +2,7 @@
 // angles in rad; a matrix is a list of rows.
 (function () {
   "use strict";
+  const { link, product } = window.OMX_ARM;
   const ARC = 75, HEAD = 10.4, ROD = 100, PIECES = [128, 64, 32, 16, 8, 4, 2, 1];
   const FLIP = diagonal(1, -1, -1);
   const ALONG_X = [[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]];
@@ -10,16 +11,6 @@
   function diagonal(x, y, z) { return [[x, 0, 0, 0], [0, y, 0, 0], [0, 0, z, 0], [0, 0, 0, 1]]; }
   function shift(x, y, z) { return [[1, 0, 0, x], [0, 1, 0, y], [0, 0, 1, z], [0, 0, 0, 1]]; }
   function turn(angle) { return link(angle, 0, 0, 0); }
-  function product(A, B) {
-    return A.map((row) => B[0].map((_, j) => row.reduce((sum, v, k) => sum + v * B[k][j], 0)));
-  }
-
-  // The link matrix A of a row.
-  function link(theta, d, a, alpha) {
-    const [ct, st, ca, sa] = [Math.cos(theta), Math.sin(theta), Math.cos(alpha), Math.sin(alpha)];
-    return [[ct, -st * ca, st * sa, a * ct], [st, ct * ca, -ct * sa, a * st], [0, sa, ca, d], [0, 0, 0, 1]];
-  }
-
   // An arrow along z of `frame`: its rod is stretched, its head is pushed to the end.
   function arrow(name, frame, length) {
     const head = Math.min(0.4 * Math.abs(length), HEAD), rod = Math.max(Math.abs(length) - head, 1e-3);
@@ -69,5 +60,5 @@
     return { nodes, shown };
   }
 
-  window.OMX_ROW = { link, places };
+  window.OMX_ROW = { places };
 })();

@@ -4,9 +4,14 @@ Every function returns a `Picture`: a PNG in a notebook, with an alt text that t
 drawing shows. Lengths in mm (or the unit given), angles in rad. Colours are those of Okabe and Ito.
 """
 
-from .arms import planar, side_view
-from .charts import curves, heat_map
-from .picture import COLOURS, Picture
-from .places import cloud, plane, plane_map
+import logging
 
-__all__ = ["COLOURS", "Picture", "cloud", "curves", "heat_map", "planar", "plane", "plane_map", "side_view"]
+# Before Matplotlib is imported: where it has no fonts listed yet, it would say so in the reader's first cell.
+logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
+
+from .arms import planar, side_view  # noqa: E402
+from .charts import curves, heat_map  # noqa: E402
+from .picture import Picture  # noqa: E402
+from .places import cloud, plane, plane_map  # noqa: E402
+
+__all__ = ["Picture", "cloud", "curves", "heat_map", "planar", "plane", "plane_map", "side_view"]

@@ -8,7 +8,8 @@ from matplotlib.patches import Arc
 
 from ... import kinematics
 from ...geometry import COURSE, Geometry
-from .picture import COLOURS, INK, PALE, Picture, axes_of, cycle, finish, point_text
+from ..palette import INK, PALE, PALETTE
+from .picture import Picture, axes_of, cycle, finish, point_text
 
 
 def planar(
@@ -39,7 +40,7 @@ def planar(
     if angles:
         _angle_marks(axes, arms[0])
     if target is not None:
-        axes.plot(*target, marker="x", ms=11, mew=2.5, color=COLOURS[4], ls="", label="target", zorder=6)
+        axes.plot(*target, marker="x", ms=11, mew=2.5, color=PALETTE[4], ls="", label="target", zorder=6)
     finish(axes)
     tips = "; ".join(
         f"{label or 'arm'} with its tip at {point_text(arm[-1], unit)}" for arm, label in zip(arms, labels, strict=True)
@@ -70,7 +71,7 @@ def side_view(
         _links(axes, points, colour, label, dashed=not legal, joints=(0, 1, 3, 4, 5), width=5 - 0.9 * len(shown))
         shown.append(f"{label or 'arm'} with its tip at r, z = {point_text(points[-1], 'mm')}")
     if target is not None:
-        axes.plot(*target, marker="x", ms=11, mew=2.5, color=COLOURS[4], ls="", label="target", zorder=6)
+        axes.plot(*target, marker="x", ms=11, mew=2.5, color=PALETTE[4], ls="", label="target", zorder=6)
     finish(axes)
     return Picture(figure, f"{alt or 'Side view of the arm'}: {'; '.join(shown) or 'no branch is within reach'}.")
 

@@ -4,7 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from .picture import INK, PALE, Picture, axes_of, cycle, finish, span_text
+from ..palette import INK, PALE
+from .picture import Picture, axes_of, cycle, finish, span_text
 
 #: Words on a heat map: white on a dark patch, readable on every colour.
 ON_COLOUR = {

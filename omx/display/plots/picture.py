@@ -6,9 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-#: Colours that stay apart for every kind of colour vision; the first four are those of the four IK branches.
-COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#d55e00", "#56b4e9")
-INK, PALE = "#1b1f24", "#8a929c"
+from ..palette import PALETTE
 
 #: Pixels for an inch: the picture is stored at twice the size at which it is shown.
 DPI, SHARPNESS = 96, 2
@@ -60,7 +58,7 @@ def finish(axes, margin: float = 0.12) -> None:
         axes.figure.legend(handles, labels, loc="outside upper center", ncols=columns, fontsize=11, frameon=False)
 
 
-def cycle(values: Sequence = COLOURS):
+def cycle(values: Sequence = PALETTE):
     """The values again and again."""
     while True:
         yield from values

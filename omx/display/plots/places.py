@@ -6,7 +6,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 
-from .picture import COLOURS, INK, Picture, axes_of, cycle, finish, span_text
+from ..palette import INK, PALETTE
+from .picture import Picture, axes_of, cycle, finish, span_text
 
 
 def cloud(points, unit: str = "mm", alt: str = "") -> Picture:
@@ -72,7 +73,7 @@ def plane_map(
     mesh = axes.pcolormesh(across, up, cells, cmap=colours, shading="nearest", rasterized=True, **scale)
     figure.colorbar(mesh, ax=axes, label=label, shrink=0.85, ticks=ticks)
     for outline in outlines:
-        axes.plot(*np.vstack((outline, outline[:1])).T, color=COLOURS[4], lw=1.6)
+        axes.plot(*np.vstack((outline, outline[:1])).T, color=PALETTE[4], lw=1.6)
     axes.use_sticky_edges = False
     axes.margins(0.02)
     axes.grid(False)
@@ -111,5 +112,5 @@ def _filled(axes, polygons) -> None:
     closed = [np.vstack((p, p[:1])) for p in polygons]
     codes = [[Path.MOVETO, *[Path.LINETO] * (len(p) - 2), Path.CLOSEPOLY] for p in closed]
     shape = Path(np.vstack(closed), np.concatenate(codes))
-    axes.add_patch(PathPatch(shape, fc=COLOURS[5], ec=COLOURS[0], lw=1.6, alpha=0.55))
+    axes.add_patch(PathPatch(shape, fc=PALETTE[5], ec=PALETTE[0], lw=1.6, alpha=0.55))
     axes.autoscale_view()

@@ -1,6 +1,6 @@
 """The arm in 3-D: a MeshCat scene in the notebook's output cell, or in a page without a kernel."""
 
-from .annotations import PALETTE
+from ..palette import PALETTE
 from .environment import Camera
 from .html_export import write_site_script
 from .row_view import RowView

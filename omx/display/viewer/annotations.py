@@ -4,14 +4,10 @@ import math
 
 import numpy as np
 
+from ..palette import AXES, BLUE, INK, VERMILION
 from .mesh import Solid
 from .primitives import ball, cone, tube
 from .threejs import FLAT, ON_TOP, Drawing
-
-#: Red, green and blue for x, y and z, dark enough to read and different enough in grey.
-AXIS_COLOURS = ("#c8322b", "#20803a", "#1f57c3")
-#: A colour-blind-safe set (Okabe and Ito) for ghosts, paths and regions, in the order of the four IK branches.
-PALETTE = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#d55e00", "#56b4e9")
 
 _LABELLED = {**FLAT, **ON_TOP, "side": 0}
 
@@ -28,13 +24,13 @@ def triad(index: int | None = None, size: float = 55.0) -> Drawing:
     out = Drawing()
     arrows = Solid()
     for k, axis in enumerate(np.eye(3)):
-        arrows.add(arrow_solid((0, 0, 0), size * axis, rgb(AXIS_COLOURS[k]), 0.022 * size + 0.4))
+        arrows.add(arrow_solid((0, 0, 0), size * axis, rgb(AXES[k]), 0.022 * size + 0.4))
     arrows.add(ball((0, 0, 0), 0.05 * size, (40, 44, 50)))
     out.solid(arrows, _LABELLED, casts=False, order=10)
     if index is not None:
-        for letter, axis, colour in zip("xyz", np.eye(3), AXIS_COLOURS, strict=True):
+        for letter, axis, colour in zip("xyz", np.eye(3), AXES, strict=True):
             out.label(f"{letter}_{index}", 1.17 * size * axis, colour)
-        out.label(f"{{{index}}}", (-0.2 * size,) * 3, "#1b1f24", 13)
+        out.label(f"{{{index}}}", (-0.2 * size,) * 3, INK, 13)
     return out
 
 
@@ -46,14 +42,14 @@ def arrow_solid(start, end, colour, radius: float) -> Solid:
     return cone(start, neck, radius, colour, 12, radius).add(cone(neck, end, 2.6 * radius, colour))
 
 
-def arrow(start, end, colour="#1b1f24", label: str | None = None, radius: float = 1.6) -> Drawing:
+def arrow(start, end, colour=INK, label: str | None = None, radius: float = 1.6) -> Drawing:
     """An arrow, drawn over everything, with its label beyond the middle."""
     start, end = np.asarray(start, float), np.asarray(end, float)
     out = Drawing().solid(arrow_solid(start, end, rgb(colour), radius), _LABELLED, casts=False, order=11)
     return out.label(label, 0.5 * (start + end) + (0, 0, 7), _hex(colour)) if label else out
 
 
-def arc(centre, start, end, colour="#1b1f24", label: str | None = None, radius: float = 1.1) -> Drawing:
+def arc(centre, start, end, colour=INK, label: str | None = None, radius: float = 1.1) -> Drawing:
     """The angle from direction `start` to direction `end` about `centre`; the length of `start` is its radius."""
     centre, start, end = (np.asarray(v, float) for v in (centre, start, end))
     size = np.linalg.norm(start)
@@ -96,7 +92,7 @@ def arc_head(size: float, colour, radius: float = 1.1) -> Drawing:
     return Drawing().solid(solid, _LABELLED, casts=False, order=11)
 
 
-def plane(size: float, colour="#0072b2", opacity: float = 0.15) -> Drawing:
+def plane(size: float, colour=BLUE, opacity: float = 0.15) -> Drawing:
     """A translucent square in the node's x-y plane, with its rim."""
     h = 0.5 * size
     corners = [(-h, -h), (h, -h), (h, h), (-h, h)]
@@ -113,7 +109,7 @@ def regions(figures, colours, opacity: float = 0.22) -> Drawing:
     return out
 
 
-def polyline(points, colour="#d55e00", radius: float = 1.2, on_top: bool = False) -> Drawing:
+def polyline(points, colour=VERMILION, radius: float = 1.2, on_top: bool = False) -> Drawing:
     """A round line through `points` (n, 3)."""
     solid = tube(points, radius, rgb(colour))
     return Drawing().solid(solid, _LABELLED if on_top else {**FLAT, "side": 0}, casts=False, order=5)
@@ -124,8 +120,8 @@ def target(size: float = 42.0) -> Drawing:
     out = triad(None, size)
     angle = np.linspace(0, 2 * math.pi, 49)[:-1]
     ring = 22 * np.column_stack((np.zeros(48), np.cos(angle), np.sin(angle)))
-    out.solid(tube(ring, 1.3, rgb("#d55e00"), closed=True), _LABELLED, casts=False, order=9)
-    return out.solid(ball((0, 0, 0), 9, rgb("#d55e00")), FLAT, opacity=0.35, order=8)
+    out.solid(tube(ring, 1.3, rgb(VERMILION), closed=True), _LABELLED, casts=False, order=9)
+    return out.solid(ball((0, 0, 0), 9, rgb(VERMILION)), FLAT, opacity=0.35, order=8)
 
 
 def _outlined(drawing: Drawing, loops, colour) -> Drawing:

@@ -12,7 +12,7 @@ _LENGTHS = ("L1", "L2", "L3", "L4", "delta")
 
 def arm_drawings(geometry, plate: bool) -> dict[int, Drawing]:
     """The OpenMANIPULATOR-X with the lengths of `geometry`; a plain chain where it names other lengths."""
-    if not _is_our_arm(geometry):
+    if not is_our_arm(geometry):
         return skeleton.drawings(geometry.chain, skeleton.SCALE * skeleton.reach(geometry.chain))
     out = {i: Drawing().solid(solid, METAL) for i, solid in enumerate(_links(geometry))}
     if plate:
@@ -22,7 +22,7 @@ def arm_drawings(geometry, plate: bool) -> dict[int, Drawing]:
 
 def finger_drawings(geometry) -> dict[str, Drawing]:
     """The two fingers, which slide in the last link; none where the arm is drawn as a plain chain."""
-    if not _is_our_arm(geometry):
+    if not is_our_arm(geometry):
         return {}
     return {name: Drawing().solid(s, METAL) for name, s in zip(("left", "right"), arm.fingers(geometry), strict=True)}
 
@@ -30,7 +30,7 @@ def finger_drawings(geometry) -> dict[str, Drawing]:
 def ghost_drawings(geometry, chain, colour) -> dict[int, Drawing]:
     """The same arm in one translucent colour (three integers), without details; what turns about a vertical
     axis alone is left out, because another ghost or the arm itself often stands there."""
-    if geometry is None or not _is_our_arm(geometry):
+    if geometry is None or not is_our_arm(geometry):
         return skeleton.drawings(chain, skeleton.SCALE * skeleton.reach(chain), colour, opacity=0.35)
     links = list(_links(geometry))
     links[4] = functools.reduce(Solid.add, arm.fingers(geometry), Solid().add(links[4]))
@@ -42,5 +42,6 @@ def _links(geometry) -> tuple[Solid, ...]:
     return tuple(arm.links(geometry))
 
 
-def _is_our_arm(geometry) -> bool:
+def is_our_arm(geometry) -> bool:
+    """Does the geometry name the lengths of the OpenMANIPULATOR-X, so that it can be drawn as one?"""
     return all(hasattr(geometry, name) for name in _LENGTHS) and len(geometry.chain) == 4

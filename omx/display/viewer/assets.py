@@ -1,14 +1,16 @@
-"""The MeshCat viewer as its package ships it, and our few lines that run beside it, packed for a page."""
+"""The MeshCat viewer as its package ships it, and our own scripts that run beside it, packed for a page."""
 
 import functools
 import gzip
 import hashlib
 import importlib.util
+import re
 from pathlib import Path
 
 from ...errors import ViewerMissing
 
 _HERE = Path(__file__).parent
+_GENERATED = _HERE.parents[1] / "generated"
 
 
 def viewer_source() -> str:
@@ -24,12 +26,24 @@ def viewer_source() -> str:
 
 @functools.cache
 def script(name: str) -> str:
-    """One of our own scripts: `scene.js`, `widget.js` or `page.js`."""
+    """One of our own scripts: `scene.js`, `tool.js`, `widget.js` ..."""
     return (_HERE / name).read_text(encoding="utf-8")
+
+
+def kinematics() -> str:
+    """The generated formulas and `arm.js` as one plain script: pages opened from a folder may not load modules."""
+    parts = []
+    for path in (_GENERATED / "fk.js", _GENERATED / "ik.js"):
+        text = path.read_text(encoding="utf-8") if path.exists() else ""
+        names = ", ".join(re.findall(r"^export (?:function|const) (\w+)", text, re.M))
+        body = re.sub(r"^export ", "", text, flags=re.M)
+        parts.append(f"{path.stem}: (() => {{\n{body}\nreturn {{ {names} }};\n}})(),\n")
+    return f"window.OMX_KINEMATICS = {{\n{''.join(parts)}}};\n{script('arm.js')}"
 
 
 @functools.cache
 def packed() -> tuple[str, bytes]:
-    """`(key, bytes)`: the viewer and `scene.js`, gzipped; the key changes when they do."""
-    source = (viewer_source() + "\n" + script("scene.js")).encode("utf-8")
+    """`(key, bytes)`: the viewer and what runs beside it, gzipped; the key changes when they do."""
+    parts = (viewer_source(), kinematics(), script("scene.js"), script("tool.js"))
+    source = "\n".join(parts).encode("utf-8")
     return hashlib.sha256(source).hexdigest()[:16], gzip.compress(source, 9, mtime=0)

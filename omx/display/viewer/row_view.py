@@ -10,8 +10,8 @@ import numpy as np
 
 from ...arrays import as_four
 from ...dh import Chain, DHRow
+from ..palette import PALE, PALETTE
 from . import annotations
-from .annotations import PALETTE
 from .environment import Camera
 from .linkage import column_major
 from .moving_parts import put_object, put_property, put_transform
@@ -25,7 +25,6 @@ _HEAD, _ROD = 10.4, 100.0
 #: Arcs of so many degrees, one after the other, make an arc of any whole number.
 _PIECES = (128, 64, 32, 16, 8, 4, 2, 1)
 _NOTES = "/meshcat/notes"
-_GREY = "#8a929c"
 _ROW = "theta (rad), d (mm), a (mm), alpha (rad)"
 
 
@@ -75,12 +74,12 @@ class RowView(Scene):
 
 def _drawings() -> dict[str, Drawing]:
     """Every mark by its name, where it is drawn: arrows along z, arcs about z from x on."""
-    axis = annotations.polyline([(0, 0, -_AXIS), (0, 0, _AXIS)], _GREY, 0.6)
+    axis = annotations.polyline([(0, 0, -_AXIS), (0, 0, _AXIS)], PALE, 0.6)
     out = {"joint_axis": axis, "next_axis": axis, "last": annotations.triad(1, _MARK)}
     for name in ("d", "a"):
         out |= {f"{name}/rod": annotations.rod(_ROD, PALETTE[4]), f"{name}/head": annotations.head(_HEAD, PALETTE[4])}
         out[f"{name}_name"] = Drawing().label(name, (0, 0, 0), PALETTE[4])
-    line = annotations.polyline([(0, 0, 0), (1.1 * _ARC, 0, 0)], _GREY, 0.6)
+    line = annotations.polyline([(0, 0, 0), (1.1 * _ARC, 0, 0)], PALE, 0.6)
     for name, letter in (("theta", "θ"), ("alpha", "α")):
         out |= {f"{name}/from": line, f"{name}/to": line, f"{name}/head": annotations.arc_head(_ARC, PALETTE[3])}
         out |= {f"{name}/{size}": annotations.arc_piece(_ARC, size, PALETTE[3]) for size in _PIECES}

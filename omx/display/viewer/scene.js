@@ -83,12 +83,35 @@
   for (const [name, camera] of Object.entries(config.cameras || {})) {
     button(name, "View: " + name, () => look(camera));
   }
-  const panel = viewer.gui.domElement;
+  const panel = viewer.gui.domElement, extras = [];
   panel.style.display = "none";
-  button("\u22ef", "MeshCat's own panel", () => {
-    panel.style.display = panel.style.display ? "" : "none";
+  const more = button("\u22ef", "More: save the scene, MeshCat's own panel", () => {
+    const shown = panel.style.display === "none";
+    panel.style.display = shown ? "" : "none";
+    for (const b of extras) b.hidden = !shown;
     viewer.gui.open();
   });
+  const extra = (...about) => {
+    const b = button(...about);
+    b.hidden = true;
+    extras.push(b);
+    more.before(b);
+    return b;
+  };
+  function save(name, url) {
+    const link = document.createElement("a");
+    Object.assign(link, { href: url, download: name });
+    link.click();
+  }
+  extra("png", "Save a picture at twice the size", () => save("scene.png", picture(2)));
+  function picture(scale) {
+    const { renderer } = viewer, ratio = renderer.getPixelRatio();
+    renderer.setPixelRatio(scale * ratio);
+    const url = viewer.capture_image();
+    renderer.setPixelRatio(ratio);
+    viewer.set_dirty();
+    return url;
+  }
 
   // ---- animation -------------------------------------------------------------------------------------------
   const play = button("\u25b6", "Play or pause", () => {
@@ -128,6 +151,13 @@
     viewer,
     apply(commands) { for (const c of commands) take(c); },
     capture() { return viewer.capture_image(); },
+    picture, extra, save,
+    transforms(message) { said.transforms(message); },
+    button(...about) { // before the dots
+      const b = button(...about);
+      more.before(b);
+      return b;
+    },
   };
 
   // ---- in a page without a kernel, the page around the frame speaks to it ------------------------------------

@@ -5,6 +5,7 @@ import os
 import numpy as np
 
 from ...errors import BadInput
+from ..palette import BLUE, INK, VERMILION
 from . import annotations, environment, html_export
 from .channel import Channel
 from .commands import delete
@@ -25,7 +26,8 @@ class Scene:
         self.height = int(height)
         self._aim, self._floor = (aim, distance), floor
         self._mark = 52.0 * max(0.5, distance)
-        self._config = {"cameras": environment.presets(aim, distance)}
+        #: Called with the pose (mm, rad) and the joint values (rad, None if it cannot be had) to which a reader drags.
+        self.on_drag = None
         self._widget = None
         self._notes: set[str] = set()
         with self.channel.batch():
@@ -65,19 +67,23 @@ class Scene:
             self._set_ground(night, True)
         return night
 
+    def _config(self) -> dict:
+        """What the scene's scripts are told when they start."""
+        return {"cameras": environment.presets(*self._aim)}
+
     # -- marks --------------------------------------------------------------------------------------------
 
-    def arrow(self, name: str, start, direction, *, label=None, colour="#1b1f24", radius: float = 1.6) -> None:
+    def arrow(self, name: str, start, direction, *, label=None, colour=INK, radius: float = 1.6) -> None:
         """An arrow from `start` (3,) along `direction` (3,), as long as that is, mm."""
         start, direction = _vector("start", start), _vector("direction", direction)
         self._note(name, annotations.arrow(start, start + direction, colour, label, radius))
 
-    def arc(self, name: str, centre, start, end, *, label=None, colour="#1b1f24") -> None:
+    def arc(self, name: str, centre, start, end, *, label=None, colour=INK) -> None:
         """An angle about `centre` (3,), from direction `start` (whose length is its radius, mm) to direction `end`."""
         centre, start, end = _vector("centre", centre), _vector("start", start), _vector("end", end)
         self._note(name, annotations.arc(centre, start, end, colour, label))
 
-    def plane(self, name: str, T, *, size: float = 160.0, colour="#0072b2", opacity: float = 0.15) -> None:
+    def plane(self, name: str, T, *, size: float = 160.0, colour=BLUE, opacity: float = 0.15) -> None:
         """A translucent square, `size` mm wide: the x-y plane of the frame `T` (4, 4)."""
         self._note(name, annotations.plane(size, colour, opacity), T)
 
@@ -85,11 +91,11 @@ class Scene:
         """A frame `T` (4, 4) of your own; with `index` its axes are labelled x_index, y_index, z_index."""
         self._note(name, annotations.triad(index, size or self._mark), T)
 
-    def label(self, name: str, text: str, at, *, colour="#1b1f24") -> None:
+    def label(self, name: str, text: str, at, *, colour=INK) -> None:
         """Words at the point `at` (3,) mm that always face the reader; `q_1` sets a subscript."""
         self._note(name, Drawing().label(text, _vector("at", at), colour))
 
-    def path(self, points, *, name: str = "path", colour="#d55e00", radius: float = 1.2) -> None:
+    def path(self, points, *, name: str = "path", colour=VERMILION, radius: float = 1.2) -> None:
         """A line through `points` (N, 3) mm; a path of the same name is replaced."""
         points = np.asarray(points, float)
         if points.ndim != 2 or points.shape[1] != 3 or len(points) < 2 or not np.isfinite(points).all():
@@ -125,8 +131,9 @@ class Scene:
         if self._widget is None:
             from .widget import SceneWidget
 
-            config = {**self._config, "shell": html_export.shell(self._config)}
+            config = {**self._config(), "shell": html_export.shell(self._config())}
             self._widget = SceneWidget(self.channel, self._night(), height=self.height, title=repr(self), config=config)
+            self._widget.on_drag = lambda pose, q: self.on_drag and self.on_drag(pose, q)
         return self._widget
 
     def static_html(self, *, height: int | None = None, shared: bool = False) -> str:
@@ -137,8 +144,8 @@ class Scene:
         """
         height = height or self.height
         if not shared:
-            return html_export.frame(self.channel, self._config, height, repr(self))
-        return html_export.placeholder(self.channel, self._config, height, repr(self), self._night().log)
+            return html_export.frame(self.channel, self._config(), height, repr(self))
+        return html_export.placeholder(self.channel, self._config(), height, repr(self), self._night().log)
 
     def __repr__(self) -> str:
         return "3-D scene"

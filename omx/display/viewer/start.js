@@ -1,6 +1,7 @@
 // In a frame without a kernel: unpack the viewer and the scene that stand in this page, and show them.
 (async function () {
   "use strict";
+  const whole = "<!DOCTYPE html>\n" + document.documentElement.outerHTML; // as it came, for the reader to keep
   function unpack(id) {
     const packed = Uint8Array.from(atob(document.getElementById(id).textContent), (c) => c.charCodeAt(0));
     return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip")));
@@ -58,8 +59,9 @@
   code.textContent = await unpack("viewer").text();
   document.body.append(code);
   const known = new Map();
-  if (document.getElementById("stock")) {
-    for (const [[name], bytes] of await takeApart("stock")) known.set(name, bytes);
+  for (const id of ["stock", "objects"]) {
+    if (!document.getElementById(id)) continue;
+    for (const [[name], bytes] of await takeApart(id)) known.set(name, bytes);
   }
   const all = (await takeApart("scene", known)).map(([[type, path, name, when], bytes]) => ({ type, path, name, when, bytes }));
   const { viewer } = window.omxScene, put = viewer?.set_object;
@@ -67,6 +69,17 @@
   [commands, night] = [all.filter(({ when }) => !when), all.filter(({ when }) => when)];
   window.omxScene.apply(commands);
   if (dark) dress();
+  if (window.OMX_POSED) window.omxScene.transforms(window.OMX_POSED);
+  window.omxScene.extra?.("html", "Save this scene as one HTML file", () => {
+    const posed = JSON.stringify({ nodes: places(viewer.scene_tree.children.meshcat, "/meshcat") });
+    const page = whole.replace("window.OMX_CONFIG =", () => `window.OMX_POSED = ${posed}; window.OMX_CONFIG =`);
+    window.omxScene.save("scene.html", URL.createObjectURL(new Blob([page], { type: "text/html" })));
+  });
+  function places({ object, children }, path) { // where every node stands now
+    object.updateMatrix();
+    const below = Object.entries(children).filter(([name]) => !name.startsWith("<"));
+    return Object.assign({ [path]: object.matrix.elements }, ...below.map(([name, node]) => places(node, `${path}/${name}`)));
+  }
   document.body.dataset.ready = "true";
   window.parent.postMessage({ omx: "ready" }, "*"); // the page may now move it
 })();

@@ -5,6 +5,7 @@ import html
 
 import numpy as np
 
+from ..palette import INK
 from .commands import attribute
 from .mesh import Solid
 
@@ -46,14 +47,14 @@ class Drawing:
         material = {"type": "LineBasicMaterial", "vertexColors": True, "opacity": opacity, "transparent": True}
         return self._child("LineSegments", geometry, material)
 
-    def region(self, outline, holes=(), colour=0x0072B2, opacity=0.25) -> "Drawing":
+    def region(self, outline, holes, colour: int, opacity: float) -> "Drawing":
         """A filled plane figure: `outline` (n, 2) and `holes`, mm, in this node's x and y."""
         shape = {**_loop("Shape", outline), "holes": [_loop("Path", hole) for hole in holes]}
         geometry = {"type": "ShapeGeometry", "shapes": [self._add("shapes", shape)], "curveSegments": 1}
         material = {**FLAT, "color": colour, "opacity": opacity, "transparent": True, "depthWrite": False}
         return self._child("Mesh", geometry, material)
 
-    def label(self, text: str, at, colour="#1b1f24", size=15.0) -> "Drawing":
+    def label(self, text: str, at, colour=INK, size=15.0) -> "Drawing":
         """Words that always face the reader, about `size` pixels tall, at `at` (3,) mm; `x_2` sets a subscript."""
         svg, ratio = _svg(text, colour)
         url = "data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode()

@@ -1,5 +1,6 @@
 """The tool's trail: a line that grows with each pose, in short pieces so that each update stays small."""
 
+from ..palette import VERMILION
 from .annotations import polyline
 from .channel import Channel
 from .commands import delete
@@ -14,7 +15,7 @@ class Trail:
 
     root = "/meshcat/trail"
 
-    def __init__(self, channel: Channel, colour="#d55e00"):
+    def __init__(self, channel: Channel, colour=VERMILION):
         self._channel, self._colour = channel, colour
         self._points: list[tuple] = []
         self._piece = 0

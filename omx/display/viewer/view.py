@@ -4,17 +4,19 @@ import math
 
 import numpy as np
 
-from ...arm import HOME
+from ...arm import HOME, LIMITS
 from ...errors import BadInput
 from ...geometry import COURSE
 from ...kinematics import pose as tool_pose
 from ...kinematics import warn_if_replaced
+from ..palette import PALETTE
 from . import animation, annotations, skeleton
-from .arm_drawings import arm_drawings, finger_drawings, ghost_drawings
+from .arm_data import arm_data
+from .arm_drawings import arm_drawings, finger_drawings, ghost_drawings, is_our_arm
 from .commands import delete
 from .environment import Camera
 from .linkage import Linkage
-from .moving_parts import Figure, put_object, put_transform
+from .moving_parts import Figure, put_object, put_property, put_transform
 from .scene import Scene
 from .trail import Trail
 
@@ -26,8 +28,8 @@ class View(Scene):
     """The OpenMANIPULATOR-X at the joint values `q` (rad); the last expression of a cell shows it.
 
     `geometry` gives the lengths, `height` the pane's height in pixels, `camera` where it is seen from.
-    Set `view.q` and the arm moves, in every output cell and browser tab that shows this view. All lengths
-    in mm, all angles in rad.
+    Set `view.q` and the arm moves, in every output cell and browser tab that shows this view; a reader who drags the
+    tool there (the button `tool`) sets `view.q`. All lengths in mm, all angles in rad.
     """
 
     def __init__(self, q=HOME, *, geometry=COURSE, height=420, dark=False, camera=Camera.ISO, plate=True):
@@ -61,6 +63,8 @@ class View(Scene):
         self._ghost_labels: tuple = ()
         self._section = self._animated = False
         self._opacity, self._gripper = 1.0, 0.0
+        self._limits, self._handle = LIMITS, False
+        self.on_drag = self._dragged
         with self.channel.batch():
             self._figure = Figure(self.channel, "/meshcat/arm", drawings)
             self.q = q
@@ -126,7 +130,7 @@ class View(Scene):
                 self._triads = Figure(self.channel, "/meshcat/frames", drawings)
                 self._triads.pose(self._linkage.frames(self._q))
 
-    def ghosts(self, qs, labels=None, colours=annotations.PALETTE) -> None:
+    def ghosts(self, qs, labels=None, colours=PALETTE) -> None:
         """Translucent arms at each of `qs`, for other IK branches or a goal; `[]` removes them.
 
         None and branches out of reach are skipped, so `view.ghosts(omx.ik(pose))` does. `labels`: words shown at
@@ -159,7 +163,7 @@ class View(Scene):
             self._trail = Trail(self.channel)
             self.q = self._q
 
-    def section(self, *regions, colours=annotations.PALETTE, opacity: float = 0.22) -> None:
+    def section(self, *regions, colours=PALETTE, opacity: float = 0.22) -> None:
         """Fill plane figures in the arm's (r, z) plane, mm; they turn with joint 1. `section()` removes them.
 
         Each region is an outline (N, 2), or a pair (outline, list of holes).
@@ -210,6 +214,14 @@ class View(Scene):
             self.channel.put("set_animation", "", animation.pack(tracks, seconds, loop))
             self._animated = True
 
+    def let_drag(self, limits, *, handle: bool) -> None:
+        """Let readers drag the tool within `limits` (rad), `handle` shown at once; call it before the view is shown."""
+        self._limits, self._handle = limits, handle
+
+    def follow_drags(self, follow: bool) -> None:
+        """Does the solid arm follow a dragged tool, or only a ghost? A robot's arm stands where the robot is."""
+        put_property(self.channel, "/meshcat/arm", "follows", follow)
+
     # -- inside -------------------------------------------------------------------------------------------
 
     def __repr__(self) -> str:
@@ -233,6 +245,15 @@ class View(Scene):
             wanted = f"{len(self.chain)} finite joint values in rad (mm where prismatic)"
             raise BadInput(f"`q` must be {wanted}; got {q!r}.")
         return values
+
+    def _config(self) -> dict:
+        if self.geometry is None or not is_our_arm(self.geometry):
+            return super()._config()
+        return {**super()._config(), "arm": {**arm_data(self.geometry, self._limits), "handle": self._handle}}
+
+    def _dragged(self, _pose, q) -> None:
+        if q is not None:
+            self.q = q
 
     def _ghost(self, k: int, colour) -> Figure:
         drawings = ghost_drawings(self.geometry, self.chain, annotations.rgb(colour))

@@ -108,6 +108,10 @@ class Frame {
     this.watch.observe(el);
     this.theme = new MutationObserver(() => this.followTheme());
     this.theme.observe(document.body, { attributeFilter: ["data-jp-theme-light", "data-vscode-theme-kind"] });
+    this.hear = ({ data, source }) => {
+      if (source === this.iframe?.contentWindow && data?.omx === "dragged") this.dragged(data);
+    };
+    window.addEventListener("message", this.hear);
     scene.frames.add(this);
   }
 
@@ -156,6 +160,19 @@ class Frame {
     this.showTheme();
   }
 
+  // Where the reader drags the tool: the newest of every 40 ms, and the last one always.
+  dragged({ pose, q, done }) {
+    this.told ??= setTimeout(() => this.tellKernel(), 40);
+    this.newest = { event: "dragged", pose, q };
+    if (done) this.tellKernel();
+  }
+
+  tellKernel() {
+    clearTimeout(this.told);
+    this.told = null;
+    this.model.send(this.newest);
+  }
+
   // Commands wait for the next repaint, the newest of each kind only.
   queue(commands) {
     for (const command of commands) remember(this.waiting, command);
@@ -181,6 +198,7 @@ class Frame {
   end() {
     this.watch.disconnect();
     this.theme.disconnect();
+    window.removeEventListener("message", this.hear);
     this.stop();
     this.scene.frames.delete(this);
   }

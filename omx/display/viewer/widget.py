@@ -54,6 +54,7 @@ class SceneWidget(anywidget.AnyWidget):
         content, buffers = night.replay()
         traits["night"] = {**content, "data": buffers[0]}
         super().__init__(key=uuid.uuid4().hex, bundle=bundle(), **traits)
+        self.on_drag = None
         channel.attach(self._post)
         self.on_msg(self._on_message)
 
@@ -70,6 +71,8 @@ class SceneWidget(anywidget.AnyWidget):
             self.send(content, buffers)
 
     def _on_message(self, _, content, __) -> None:
-        """A page says how far it is; one that has missed something is sent the whole scene."""
+        """A page says how far it is (one that has missed something is sent the whole scene), or where it is dragged."""
         if content.get("event") == "hello" and content.get("seq") != self._channel.seq:
             self._post(*self._channel.replay())
+        if content.get("event") == "dragged" and self.on_drag is not None:
+            self.on_drag(content["pose"], content["q"])

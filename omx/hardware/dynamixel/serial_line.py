@@ -2,11 +2,11 @@
 
 import contextlib
 import errno
+import sys
 from urllib.parse import urlsplit
 
 import serial
 from serial import SerialException as SerialException  # the virtual line raises it, too
-from serial.tools import list_ports
 
 from ...errors import PortBusy, PortError
 
@@ -86,6 +86,10 @@ def _keep_others_out(line):
 
 def find_ports(adapters_only: bool = False) -> list[str]:
     """Serial ports that may have the arm, likely adapters first; or those of adapters that arms are sold with alone."""
+    if sys.platform == "emscripten":
+        return []  # a browser's Python sees no ports, and pyserial would not even import their list
+    from serial.tools import list_ports
+
     ports = [port for port in list_ports.comports() if port.vid is not None]
     if adapters_only:
         ports = [port for port in ports if (port.vid, port.pid) in ADAPTERS]

@@ -13,14 +13,15 @@
     const text = (id, data) => '<script type="text/plain" id="' + id + '">' + data + "</" + "script>";
     const run = "<script>" + start + "</" + "script>";
     return shell.replace("/*config*/{}", () => config)
-      .replace("<!--viewer-->", () => text("scene", box.dataset.scene) + text("stock", stock) + text("viewer", viewer) + run);
+      .replace("<!--viewer-->", () => text("scene", box.dataset.scene) + text("objects", box.dataset.objects) +
+        text("stock", stock) + text("viewer", viewer) + run);
   }
   window.omxPage = page;
 
   function fill(box) {
     if (box.firstElementChild) return;
     const frame = document.createElement("iframe");
-    frame.setAttribute("sandbox", "allow-scripts");
+    frame.setAttribute("sandbox", "allow-scripts allow-downloads");
     frame.title = box.getAttribute("aria-label") || "3-D scene";
     frame.style.cssText = "width:100%;height:100%;border:0;display:block";
     frame.srcdoc = page(box);
