@@ -3,13 +3,17 @@
 Every check fails closed: an answer that is missing, of the wrong type, or not a number is `Wrong`.
 """
 
+from . import notebook
 from .answers import expression, that, value
 from .functions import call, configurations, derivative, function, round_trip
+from .progress import progress
 from .selftest import setup
 from .validation import Wrong, answer
 from .variants import variant
 
+notebook.install()
+
 __all__ = [
-    "Wrong", "answer", "call", "configurations", "derivative", "expression", "function", "round_trip", "setup", "that",
-    "value", "variant",
+    "Wrong", "answer", "call", "configurations", "derivative", "expression", "function", "progress", "round_trip",
+    "setup", "that", "value", "variant",
 ]  # fmt: skip

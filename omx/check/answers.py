@@ -1,5 +1,7 @@
 """Checks of one answer: numbers, an expression, a truth."""
 
+import re
+
 import numpy as np
 
 from ..errors import Wrong
@@ -55,7 +57,7 @@ def expression(answer, expected, name: str = "the expression", ranges: dict | No
     if foreign:
         names = ", ".join(sorted(map(str, known))) or "nothing"
         raise Wrong(f"{name} must not contain {foreign[0]}; it depends on {names} only.")
-    raise Wrong(" ".join((f"{name} is not right.", *_differs(comparison, at, ours, theirs))))
+    raise Wrong(" ".join((_not_right(name), *_differs(comparison, at, ours, theirs))))
 
 
 def compare(answer: np.ndarray, expected, name: str, unit: str = "", parts: str = "", within=None, where=None) -> None:
@@ -68,7 +70,15 @@ def compare(answer: np.ndarray, expected, name: str, unit: str = "", parts: str 
         return
     sentence = comparison.slip() or comparison.close() or comparison.wrong_parts()
     example = where(int(np.argwhere(~comparison.agrees(answer))[0][0])) if where else ""
-    raise Wrong(" ".join(s for s in (f"{name} is not right.", sentence, example) if s))
+    sentence = sentence or ("" if where else comparison.furthest())
+    raise Wrong(" ".join(s for s in (_not_right(name), sentence, example) if s))
+
+
+def _not_right(name: str) -> str:
+    """`x and y of the tip are not right.`, with the verb that the name asks for."""
+    head = re.split(r",| of | in | at | which | where ", name)[0]
+    many = " and " in head or re.search(r"\b(two|three|four|five|angles|tips|stops|numbers|signs|points)\b", head)
+    return f"{head + name[len(head) :].rstrip()}{',' if ',' in name else ''} {'are' if many else 'is'} not right."
 
 
 def correct(name: str) -> None:

@@ -198,7 +198,7 @@ def test_errors_inside_an_answer_are_explained():
     missing = eval("lambda q: cos(q[0])")
     assert "Did you mean np.cos?" in wrong(check.function, missing, omx.fk, list(Q))
     assert "did you mean np.cos?" in wrong(check.function, lambda q: math.cos(q), np.cos, list(Q))
-    assert "did you mean sp.cos?" in wrong(check.function, lambda q: np.cos(x), np.cos, list(Q))
+    assert "sp.cos can, and float(...) makes" in wrong(check.function, lambda q: np.cos(x), np.cos, list(Q))
     assert "called with 1 argument" in wrong(check.function, lambda a, b: a, np.cos, list(Q))
     unwritten = ...
     assert "still the TODO" in wrong(check.function, lambda q: unwritten.fk(q), np.cos, list(Q))
