@@ -1,6 +1,7 @@
 """What can go wrong, by name. Every error holds its data; every message says what to do next."""
 
 import math
+import traceback
 from typing import NamedTuple
 
 
@@ -9,6 +10,15 @@ class OmxError(Exception):
 
     def __reduce__(self):
         return _restored, (type(self), self.args, self.__dict__)
+
+    def _render_traceback_(self) -> list[str]:
+        """What a notebook shows: the reader's own lines and the message, nothing of what lies between."""
+        lines = [
+            f"line {frame.lineno}{f' of {frame.name}' if frame.name != '<module>' else ''}:   {frame.line}"
+            for frame in traceback.extract_tb(self.__traceback__)
+            if frame.line and ("ipykernel_" in frame.filename or frame.filename.startswith("<ipython"))
+        ]
+        return [*lines, f"{type(self).__name__}: {self}"]
 
 
 def _restored(kind: type, args: tuple, data: dict):

@@ -6,14 +6,14 @@ Every check fails closed: an answer that is missing, of the wrong type, or not a
 from . import notebook
 from .answers import expression, that, value
 from .functions import call, configurations, derivative, function, round_trip
-from .progress import progress
+from .passed import progress
 from .selftest import setup
 from .validation import Wrong, answer
-from .variants import variant
+from .variants import student, variant
 
 notebook.install()
 
 __all__ = [
     "Wrong", "answer", "call", "configurations", "derivative", "expression", "function", "progress", "round_trip",
-    "setup", "that", "value", "variant",
+    "setup", "student", "that", "value", "variant",
 ]  # fmt: skip

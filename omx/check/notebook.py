@@ -9,7 +9,7 @@ import sys
 import traceback
 
 from ..errors import OmxError, Wrong
-from . import progress
+from . import passed
 from .functions import hint
 from .validation import present
 
@@ -93,7 +93,7 @@ def _after_a_cell(result) -> None:
     cell = getattr(result.info, "cell_id", None)
     if not cell or not is_check(result.info.raw_cell or ""):
         return
-    done = progress.record(cell, bool(result.success))
+    done = passed.record(cell, bool(result.success))
     if result.success and done:
         shell = sys.modules["IPython"].get_ipython()
         html = f'<span style="color:#1a7f37;font-weight:600">&#10003;</span> {done}'

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 FILE = ".progress.json"
+NAME = "the reader's name"
 DONE, OPEN = "\N{CHECK MARK}", "\N{MIDDLE DOT}"
 HARD = re.compile(r"\s*(\N{BLACK CIRCLE}{1,5})\N{WHITE CIRCLE}*")
 
@@ -67,6 +68,17 @@ def record(cell: str, passed: bool, folder: str | os.PathLike = ".") -> str:
             done = sum(bool(stored.get(exercise.check)) for exercise in exercises)
             return f"{done} of {len(exercises)} exercises of this chapter done."
     return ""
+
+
+def keep_name(name: str, folder: str | os.PathLike = ".") -> None:
+    """Keep the reader's name beside the progress."""
+    _store(folder, {**_stored(folder), NAME: name})
+
+
+def name(folder: str | os.PathLike = ".") -> str:
+    """The name that the reader gave, or ''."""
+    found = _stored(folder).get(NAME, "")
+    return found if isinstance(found, str) else ""
 
 
 def read(path: Path) -> tuple[str, list[Exercise]]:
