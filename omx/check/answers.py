@@ -60,6 +60,13 @@ def expression(answer, expected, name: str = "the expression", ranges: dict | No
     raise Wrong(" ".join((_not_right(name), *_differs(comparison, at, ours, theirs))))
 
 
+def handed_in(**answers) -> None:
+    """Are the answers there? Whether they are right is looked at after they are handed in. Raises `Wrong`."""
+    for name, answer in answers.items():
+        present(answer, name)
+    print(f"There: {', '.join(answers)}. Whether it is right, you hear when it is marked.")
+
+
 def compare(answer: np.ndarray, expected, name: str, unit: str = "", parts: str = "", within=None, where=None) -> None:
     """Raise `Wrong` with the best sentence if two arrays differ; `where(row)` adds a sentence on that sample."""
     expected = np.asarray(expected, float)

@@ -10,7 +10,7 @@ from book.chapters import normalise, student
 from book.chapters.cells import is_code, source, tags
 from omx.check import Wrong
 from omx.check.notebook import explained
-from tests.helpers.mutants import names_bound, names_read, wrong_answers
+from tests.helpers.mutants import names_read, wrong_answers
 
 CHAPTERS = sorted(normalise.NOTEBOOKS.glob("*.ipynb"))
 
@@ -47,8 +47,8 @@ class Trial:
     def __init__(self, exercise, before, after, solution, check):
         self.title, self.before, self.after, self.check = exercise, before, after, check
         used = names_read(check)
-        self.answers = [name for name in names_bound(solution) if name in used and not name.startswith("_")]
-        self.todo = student.todo(solution, f"{exercise} is still to do. Hint: none.")
+        self.answers = [name for name in student.bound(solution) if name in used]
+        self.todo = student.todo(solution, exercise, self.answers)
 
     def refusal(self, **answers):
         """What the check says to these answers (the others right): its sentence, or '' if it accepts them."""

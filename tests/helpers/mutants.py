@@ -196,17 +196,3 @@ def same(a, b) -> bool:
 def names_read(code: str) -> set[str]:
     """The names that a cell uses."""
     return {node.id for node in ast.walk(ast.parse(code)) if isinstance(node, ast.Name)}
-
-
-def names_bound(code: str) -> list[str]:
-    """The names that a cell defines for the cells after it, in order."""
-    found, waiting = [], list(ast.parse(code).body)
-    while waiting:
-        node = waiting.pop(0)
-        if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
-            found.append(node.name)
-        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-            found.append(node.id)
-        elif not isinstance(node, (ast.Lambda, ast.ListComp, ast.GeneratorExp, ast.SetComp, ast.DictComp)):
-            waiting[:0] = ast.iter_child_nodes(node)
-    return list(dict.fromkeys(found))
