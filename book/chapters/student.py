@@ -28,7 +28,7 @@ WRITTEN = ".written.json"  # beside the sheets: what was written, to know a shee
 POINTS = 1
 
 
-class Refused(Exception):
+class Refused(Stop):
     """A chapter from which no copy can be made safely; the message says which cell and why."""
 
 
@@ -254,7 +254,7 @@ def main(argv=None):
         options.to.mkdir(parents=True, exist_ok=True)
         refused = [path for path in normalise.chapters(options.notebooks) if not wrote(path, options.to / path.name)]
         return 1 if refused else 0
-    except (Stop, Refused, OSError) as reason:
+    except (Stop, OSError) as reason:
         print(f"run.py: {reason}", file=sys.stderr)
         return 1
 
