@@ -28,7 +28,7 @@ from pathlib import Path
 
 from book.chapters import marks, normalise
 from book.chapters.cells import headings, is_code, source, tags
-from book.chapters.student import POINTS, bound, grade_id, sheet_cells, slug, student_copy, title
+from book.chapters.student import POINTS, bound, grade_id, nth, sheet_cells, slug, student_copy, title
 from book.setup.paths import ROOT, VENV, Stop
 
 CELL_TIMEOUT_S, STUDENT_TIMEOUT_S = 30, 600
@@ -76,13 +76,14 @@ def key_of(notebook, hidden):
     exercises, answers = [], []
     for cell in cells:
         if "exercise" in tags(cell):
-            name, answers = title(source(cell)), []
+            name, answers, checks = title(source(cell)), [], 0
         elif "solution" in tags(cell) and is_code(cell):
             answers += bound(source(cell))
         elif "check" in tags(cell):
-            extra = hidden.get(slug(name), "")
+            checks += 1
+            extra = hidden.get(slug(name), "") if checks == 1 else ""
             used = {node.id for node in ast.walk(ast.parse(source(cell) + "\n" + extra)) if isinstance(node, ast.Name)}
-            exercises.append({"name": slug(name), "title": name, "points": POINTS, "check": cell["id"],
+            exercises.append({"name": slug(name) + nth(checks), "title": name, "points": POINTS, "check": cell["id"],
                               "answers": [n for n in dict.fromkeys(answers) if n in used] or answers,
                               "statements": [*statements(source(cell)), *statements(extra)]})  # fmt: skip
     return {

@@ -52,23 +52,30 @@ def student_copy(notebook, thin=False):
 
 def sheet_cells(cells, thin):
     """The cells of the sheet: a TODO for each solution, a folded check, nothing for the speaker."""
-    exercise, answers, asked = "", 0, []
+    exercise, answers, checks, asked = "", 0, 0, []
     for place, cell in enumerate(cells):
         if slide_type(cell) == "notes" and not is_code(cell):
             continue
         plain = {**cell, "outputs": [], "execution_count": None} if is_code(cell) else cell
         if "exercise" in tags(cell):
-            exercise, answers, asked = title(source(cell)), 0, []
+            exercise, answers, checks, asked = title(source(cell)), 0, 0, []
         if "solution" in tags(cell):
             answers += 1
             asked += wanted(source(cell), cells[place + 1 :]) if is_code(cell) else []
-            role = "answer" + (f"-{answers}" if answers > 1 else "")
-            yield marked(blank(plain, exercise, cells[place + 1 :]), f"{slug(exercise)}-{role}", solution=True)
+            name = f"{slug(exercise)}-answer{nth(answers)}"
+            yield marked(blank(plain, exercise, cells[place + 1 :]), name, solution=True)
         elif "check" in tags(cell):
+            checks += 1
             check = {**plain, "source": thin_check(asked)} if thin else plain
-            yield marked(check, f"{slug(exercise)}-check", grade=True, points=POINTS, locked=True)
+            name = f"{slug(exercise)}-check{nth(checks)}"
+            yield marked(check, name, grade=True, points=POINTS, locked=True)
         else:
             yield plain
+
+
+def nth(number):
+    """What tells the second cell of a kind from the first."""
+    return f"-{number}" if number > 1 else ""
 
 
 def marked(cell, grade_id, **roles):
@@ -96,10 +103,9 @@ def blank(cell, exercise, later):
 
 
 def title(exercise):
-    """The exercise's name: its heading or its first bold words, such as `Exercise 3.2`, without the difficulty."""
+    """The exercise's name: its heading or its first bold words, such as `Exercise 3.2`."""
     found = re.search(r"^#+\s+(.+)$|\*\*(.+?)\*\*", exercise, re.M)
-    text = (found[1] or found[2]) if found else exercise.split(".")[0]
-    return re.sub("\\s*[\N{BLACK CIRCLE}\N{WHITE CIRCLE}]+", "", text).strip(" .:*")
+    return (found[1] or found[2]).strip(" .:*") if found else exercise.split(".")[0].strip()
 
 
 def slug(name):

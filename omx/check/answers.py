@@ -26,7 +26,7 @@ def value(answer, expected, name: str = "the answer", unit: str = "", parts: str
 def that(condition, complaint: str, name: str = "") -> None:
     """The property `condition` must hold (be True, not only true-ish); otherwise `Wrong(complaint)`."""
     if not as_truth(condition, name or "this property"):
-        raise Wrong(complaint)
+        raise Wrong(" ".join(complaint.split()))
     correct(name)
 
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 FILE = ".progress.json"
 NAME = "the reader's name"
 DONE, OPEN = "\N{CHECK MARK}", "\N{MIDDLE DOT}"
-HARD = re.compile(r"\s*(\N{BLACK CIRCLE}{1,5})\N{WHITE CIRCLE}*")
+HARD = re.compile(r"Difficulty ([1-5]) of 5")
 
 
 class Exercise(NamedTuple):
@@ -99,11 +99,10 @@ def read(path: Path) -> tuple[str, list[Exercise]]:
 
 
 def entitled(text: str) -> tuple[str, int]:
-    """The heading of an exercise without its circles, and its difficulty: how many of the circles are black."""
-    found = re.search(r"^#+\s+(.+)$|\*\*(.+?)\*\*", text, re.M)
+    """The heading of an exercise and its difficulty, from the line `*Difficulty 2 of 5, about 10 minutes.*`."""
+    found, hard = re.search(r"^#+\s+(.+)$|\*\*(.+?)\*\*", text, re.M), HARD.search(text)
     heading = (found[1] or found[2]) if found else text.split(".")[0]
-    circles = HARD.search(heading)
-    return HARD.sub("", heading).strip(" .:*"), len(circles[1]) if circles else 0
+    return heading.strip(" .:*"), int(hard[1]) if hard else 0
 
 
 def _stored(folder) -> dict:

@@ -94,10 +94,6 @@ def test_a_solution_without_functions_becomes_dots_for_the_names_that_are_asked_
     assert "raise NotImplementedError" in student.todo("print(3)", "Exercise 1.2: look")
 
 
-def test_the_circles_of_difficulty_are_no_part_of_the_name():
-    assert student.title("### Exercise 4.3 · Behind ●○") == "Exercise 4.3 · Behind"
-
-
 def test_slugs_are_the_exercise_without_its_title():
     assert student.slug("Exercise 3.1 · Two models of one arm") == "exercise-3-1"
     assert student.slug("Exercise 7.1: another line") == "exercise-7-1"

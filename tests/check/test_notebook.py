@@ -10,7 +10,7 @@ from omx.check import passed
 from tests.helpers.chapter import chapter, code, markdown
 
 SECOND = [
-    markdown("### Exercise 7.2 · Half of it \N{BLACK CIRCLE}\N{BLACK CIRCLE}\N{WHITE CIRCLE}", tags=["exercise"]),
+    markdown("### Exercise 7.2 · Half of it\n\n*Difficulty 2 of 5, about 10 minutes.*", tags=["exercise"]),
     code("half = 3.0", tags=["solution"]),
     code("check.value(half, 3.0, 'half')", tags=["check"]),
 ]
