@@ -2,7 +2,7 @@
 
     python -m book.chapters.student                    # every chapter, into build/student
     python -m book.chapters.student --to FOLDER 03     # one of them
-    python -m book.chapters.student --edition stick.zip [--wheels]
+    python -m book.chapters.student --edition stick.zip [--graded 03,05]
 
 A sheet that is handed out is the sheet that is graded: its cells carry the grader's marks from the beginning.
 Fails closed: a chapter with an unknown tag, a solution without exercise or check, or a line of a solution or of a
@@ -249,26 +249,30 @@ def main(argv=None):
     parser.add_argument("notebooks", nargs="*", help="default: every chapter")
     parser.add_argument("--to", type=Path, default=STUDENT, metavar="FOLDER", help="default: build/student")
     parser.add_argument("--edition", type=Path, metavar="FILE.zip", help="all that a student needs, in one file")
+    parser.add_argument("--graded", default="", metavar="03,05", help="chapters whose checks stay with the grader")
     parser.add_argument("--wheels", action="store_true", help="with the packages for this system, to install offline")
     options = parser.parse_args(argv)
+    graded = tuple(options.graded.split(",")) if options.graded else ()
     try:
         if options.edition:
             from book.chapters import edition
 
-            print(edition.write(options.edition, options.wheels))
+            print(edition.write(options.edition, options.wheels, graded=graded))
             return 0
         options.to.mkdir(parents=True, exist_ok=True)
-        refused = [path for path in normalise.chapters(options.notebooks) if not wrote(path, options.to / path.name)]
+        refused = [
+            path for path in normalise.chapters(options.notebooks) if not wrote(path, options.to / path.name, graded)
+        ]
         return 1 if refused else 0
     except (Stop, OSError) as reason:
         print(f"run.py: {reason}", file=sys.stderr)
         return 1
 
 
-def wrote(path, target):
+def wrote(path, target, graded=()):
     """Write the sheet of one chapter and say so; False, with a sentence, if there is none now."""
     try:
-        sheet, reason = student_copy(normalise.read(path)), ""
+        sheet, reason = student_copy(normalise.read(path), path.name[:2] in graded), ""
     except Refused as refused:
         sheet, reason = None, f"{path}: no copy made: {refused}"  # an older copy must not pass for this one
     if not give_out(target, sheet):

@@ -44,6 +44,13 @@ def test_a_solution_or_a_note_anywhere_in_it_is_found():
     assert edition.leaks(files)[0].startswith("book/notation.md: ")
 
 
+def test_checks_of_graded_chapters_stay_with_the_grader():
+    files = edition.contents(graded=("03",))
+    for name, content in files.items():
+        if name.startswith("notebooks/"):
+            assert (b"check.handed_in(" in content) == name.startswith("notebooks/03")
+
+
 def test_two_builds_have_the_same_bytes(unpacked, tmp_path):
     edition.write(tmp_path / "again.zip")
     assert (tmp_path / "again.zip").read_bytes() == (unpacked.parent / "stick.zip").read_bytes()
