@@ -11,6 +11,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+from book.chapters.cells import tags
 from book.setup.paths import NOTEBOOKS
 from omx.derive.store import GENERATED, writer
 from omx.errors import OmxError
@@ -30,6 +31,9 @@ def run_notebook(name: str, target: Path) -> None:
     from nbclient.exceptions import CellExecutionError, CellTimeoutError, DeadKernelError
 
     notebook = nbformat.read(NOTEBOOKS / f"{name}.ipynb", as_version=4)
+    notebook.cells = [
+        cell for cell in notebook.cells if not {"solution", "check"} & set(tags(cell))
+    ]  # a sheet's are TODO
     client = NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(NOTEBOOKS)}})
     try:
         client.execute(env={**os.environ, "OMX_GENERATED": str(target)}, stderr=subprocess.DEVNULL)

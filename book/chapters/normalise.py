@@ -89,13 +89,18 @@ def join_streams(outputs):
     return kept
 
 
+def cell_keys(metadata):
+    """The metadata of a cell that is stored; graded cells of a student's sheet keep the grader's, and their fold."""
+    return (*CELL_METADATA, "nbgrader", "jupyter") if "nbgrader" in metadata else CELL_METADATA
+
+
 def clean_cell(cell, count):
     """One cell in stored form; `count` is its place among the code cells, from 1."""
     kind = cell["cell_type"]
     metadata = cell.get("metadata", {})
     cleaned = {
         "cell_type": kind,
-        "metadata": {key: metadata[key] for key in CELL_METADATA if metadata.get(key)},
+        "metadata": {key: metadata[key] for key in cell_keys(metadata) if metadata.get(key)},
         "source": lines_of(text_of(cell["source"]).rstrip("\n")),
     }
     if cell.get("attachments"):

@@ -1,4 +1,4 @@
-"""Environments beside .venv, for what would disturb it (nbgrader, JupyterLite, JupyterHub) or is optional (numba).
+"""Environments beside .venv, for what would disturb it (JupyterLite, JupyterHub) or is optional (numba).
 
 Each is a line `#: NAME requirement ...` in environment.txt, made on demand in build/env-NAME. It sees the book's
 own packages behind its own.

@@ -28,18 +28,20 @@ COMMANDS = (
     Command("solution", "notebooks", ("-m book.reader.solutions",), "show the solution of an exercise: solution 3.1"),
     Command("handin", "notebooks", ("-m book.reader.handin",), "a chapter and its results as one HTML file: handin 03"),
     Command("test", "tests", ("-m pytest",), "run every test: test [pytest's own options, or lite]"),
-    Command("check", "notebooks", ("-m book.chapters.check",), "lint code and chapters: check [chapter]"),
-    Command("new-chapter", "notebooks", ("-m book.chapters.new",), "begin a chapter: new-chapter TOPIC"),
+    Command("check", "book/chapters/check.py", ("-m book.chapters.check",), "lint code and chapters: check [chapter]"),
+    Command("new-chapter", "book/chapters/new.py", ("-m book.chapters.new",), "begin a chapter: new-chapter TOPIC"),
     Command("generate", "notebooks", ("-m book.chapters.generate",), "write omx/generated anew [--check, --restore]"),
-    Command("execute", "notebooks", ("-m book.chapters.execute",), "run notebooks again and store their outputs"),
-    Command("student", "notebooks", ("-m book.chapters.student",), "write the copies without solutions"),
+    Command("execute", "tests", ("-m book.chapters.execute",), "run notebooks again and store their outputs"),
+    Command(
+        "student", "book/chapters/edition.py", ("-m book.chapters.student",), "sheets for students [--edition ZIP]"
+    ),
     Command("book", "book/publish/site.py", ("-m book.publish.site",), "build the site in build/site [--serve]"),
     Command("slides", "book/publish/slides.py", ("-m book.publish.slides",), "build the slides in build/slides"),
     Command("lite", "book/publish/lite.py", ("-m book.publish.lite",), "the book for a browser alone: build/lite"),
     Command("bench", "tests/bench", ("-m tests.bench",), "measure the kinematics against other code [--report]"),
     Command("doctor", "omx/hardware/doctor", ("-m omx.hardware.doctor",), "find out why the arm does not answer"),
     Command("repair", "environment.txt", (), "look whether all packages are whole, and mend them"),
-    Command("lock", "environment.txt", (), "rewrite the lower part of environment.txt [--newest]"),
+    Command("lock", "book/setup/lock.py", (), "rewrite the lower part of environment.txt [--newest]"),
 )
 
 

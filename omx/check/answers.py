@@ -1,5 +1,7 @@
 """Checks of one answer: numbers, an expression, a truth."""
 
+import re
+
 import numpy as np
 
 from ..errors import Wrong
@@ -24,7 +26,7 @@ def value(answer, expected, name: str = "the answer", unit: str = "", parts: str
 def that(condition, complaint: str, name: str = "") -> None:
     """The property `condition` must hold (be True, not only true-ish); otherwise `Wrong(complaint)`."""
     if not as_truth(condition, name or "this property"):
-        raise Wrong(complaint)
+        raise Wrong(" ".join(complaint.split()))
     correct(name)
 
 
@@ -55,7 +57,14 @@ def expression(answer, expected, name: str = "the expression", ranges: dict | No
     if foreign:
         names = ", ".join(sorted(map(str, known))) or "nothing"
         raise Wrong(f"{name} must not contain {foreign[0]}; it depends on {names} only.")
-    raise Wrong(" ".join((f"{name} is not right.", *_differs(comparison, at, ours, theirs))))
+    raise Wrong(" ".join((_not_right(name), *_differs(comparison, at, ours, theirs))))
+
+
+def handed_in(**answers) -> None:
+    """Are the answers there? Whether they are right is looked at after they are handed in. Raises `Wrong`."""
+    for name, answer in answers.items():
+        present(answer, name)
+    print(f"There: {', '.join(answers)}. Whether it is right, you hear when it is marked.")
 
 
 def compare(answer: np.ndarray, expected, name: str, unit: str = "", parts: str = "", within=None, where=None) -> None:
@@ -68,7 +77,15 @@ def compare(answer: np.ndarray, expected, name: str, unit: str = "", parts: str 
         return
     sentence = comparison.slip() or comparison.close() or comparison.wrong_parts()
     example = where(int(np.argwhere(~comparison.agrees(answer))[0][0])) if where else ""
-    raise Wrong(" ".join(s for s in (f"{name} is not right.", sentence, example) if s))
+    sentence = sentence or ("" if where else comparison.furthest())
+    raise Wrong(" ".join(s for s in (_not_right(name), sentence, example) if s))
+
+
+def _not_right(name: str) -> str:
+    """`x and y of the tip are not right.`, with the verb that the name asks for."""
+    head = re.split(r",| of | in | at | which | where ", name)[0]
+    many = " and " in head or re.search(r"\b(two|three|four|five|angles|tips|stops|numbers|signs|points)\b", head)
+    return f"{head + name[len(head) :].rstrip()}{',' if ',' in name else ''} {'are' if many else 'is'} not right."
 
 
 def correct(name: str) -> None:

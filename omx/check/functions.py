@@ -8,10 +8,13 @@ import numpy as np
 from ..arm import HOME, LIMITS, ZERO
 from ..errors import BadInput, Wrong
 from .answers import compare, correct
+from .mistakes import Comparison
 from .validation import answer, as_numbers, present
 
 #: Half the step of the central differences; it balances rounding against curvature, error about 1e-8.
 STEP = 1e-5
+#: More numbers than this, or a longer text, are not written out in a sentence.
+MANY, LONG = 8, 60
 
 
 def function(function, reference, samples, name: str = "", unit: str = "", parts: str = "", within=None) -> None:
@@ -26,6 +29,9 @@ def function(function, reference, samples, name: str = "", unit: str = "", parts
     _degrees_taken(answers, reference, rows, expected, name)
 
     def example(index):
+        if expected[index].size > MANY:
+            furthest = Comparison(answers[index], expected[index], unit, "", within).furthest()
+            return f"For {_written(rows[index])}: {furthest[0].lower()}{furthest[1:]}"
         return f"For {_written(rows[index])} it returns {_short(answers[index])}; {_short(expected[index])} is right."
 
     for group in _of_one_shape(expected):  # all samples of one shape together, so that one slip explains them all
@@ -41,13 +47,14 @@ def round_trip(there, back, samples, name: str = "", unit: str = "", parts: str 
     """
     name = _named(there, name)
     rows = [np.asarray(sample, float) for sample in _some(samples)]
-    answers = []
-    for row in rows:
-        middle = called(there, (row,), name)
-        answers.append(_shaped(called(back, (middle,), name), row, name))
+    middles = [_plain(called(there, (row,), name), name) for row in rows]
+    answers = [_shaped(_back(back, m, name), row, name) for m, row in zip(middles, rows, strict=True)]
 
     def where(index):
-        return f"{_short(rows[index])} comes back as {_short(answers[index])}."
+        slip = _slip_between(middles, back, rows, name, unit, within)
+        if rows[index].size > MANY:
+            return slip + Comparison(answers[index], rows[index], unit, parts, within).furthest()
+        return f"{slip}{_short(rows[index])} comes back as {_short(answers[index])}."
 
     compare(np.array(answers), np.array(rows), name, unit, parts, within, where)
     correct(f"{name}, there and back at {len(rows)} samples")
@@ -114,21 +121,30 @@ def _copied(argument):
 
 
 def _hint(error: Exception, function, arguments) -> str:
+    if isinstance(error, TypeError) and not _takes(function, len(arguments)):
+        return f"It is called with {len(arguments)} argument{'s' * (len(arguments) != 1)}."
+    return hint(error) or f"It was called with {_written(arguments)}."
+
+
+def hint(error: Exception) -> str:
+    """A sentence on what usually lies behind an error in an answer; '' if nothing does."""
     text = str(error)
     if "ellipsis" in text:
         return "Something that it uses is still the TODO."
+    if "NoneType" in text:
+        return "Something is None there: does a function lack its `return` line?"
+    if "is not callable" in text:
+        return "What stands there is no function: define it with def, and do not use its name for something else."
     if isinstance(error, NameError):
         found = re.search(r"'(\w+)'", text)
         if found and hasattr(np, found[1]):
             return f"Did you mean np.{found[1]}?"
         return "Is the name spelt as it was defined, and has that cell been run?"
-    if isinstance(error, TypeError) and not _takes(function, len(arguments)):
-        return f"It is called with {len(arguments)} argument{'s' * (len(arguments) != 1)}."
     if isinstance(error, TypeError) and ("scalar" in text or "0-dim" in text or "real number" in text):
         return "math.cos and its kin take one number; did you mean np.cos?"
     if isinstance(error, TypeError) and "no callable" in text:
-        return "NumPy's functions cannot take symbols; did you mean sp.cos?"
-    return f"It was called with {_written(arguments)}."
+        return "NumPy's functions cannot take SymPy's numbers and symbols: sp.cos can, and float(...) makes numbers."
+    return ""
 
 
 def _takes(function, count: int) -> bool:
@@ -160,6 +176,54 @@ def _degrees_taken(answers, reference, rows, expected, name: str) -> None:
             continue
         if _alike(answers, turned) and not _alike(turned, expected):
             raise Wrong(f"{name} takes an angle as degrees. Angles are in radians already: do not convert them.")
+
+
+def _plain(middle, name: str):
+    """What lies between there and back, free of SymPy's numbers, which NumPy's functions cannot take."""
+    parts = middle if isinstance(middle, (list, tuple, np.ndarray)) else [middle]
+    for part in np.asarray(parts, object).ravel() if isinstance(parts, np.ndarray) else parts:
+        if hasattr(part, "free_symbols"):
+            raise Wrong(f"what {name} returns holds SymPy's numbers, such as {part}; float(...) makes plain ones.")
+    return middle
+
+
+def _back(back, middle, name: str):
+    """The way back, which may be the book's own: an error there is about what it was given."""
+    try:
+        return back(_copied(middle))
+    except NotImplementedError as error:
+        raise Wrong(f"{name} is still the TODO: write its body.") from error
+    except Wrong:
+        raise
+    except Exception as error:
+        told = hint(error) or "Has it the form that the exercise asks for?"
+        raise Wrong(f"{name}: the way back stops at {_short(middle)}, {type(error).__name__}. {told}") from error
+
+
+def _slip_between(middles, back, rows, name: str, unit: str, within) -> str:
+    """A sentence, with a blank, if one slip in what lies between there and back explains every sample."""
+    width = len(middles[0]) if isinstance(middles[0], (list, tuple)) or np.ndim(middles[0]) == 1 else 0
+    places = [tuple(range(width)), *((i,) for i in range(width))] if 1 < width <= 6 else []
+    which = [f"What {name} returns", *(f"Number {i + 1} that {name} returns" for i in range(width))]
+    for place, what in zip(places, which, strict=False):
+        for change, sentence in (
+            (np.deg2rad, "looks like degrees; angles are in radians."),
+            (np.negative, "has the wrong sign."),
+        ):
+            changed = [_changed(middle, place, change) for middle in middles]
+            try:
+                answers = np.array([np.asarray(back(middle), float) for middle in changed])
+            except Exception:  # with this change the way back fails: it explains nothing
+                continue
+            if Comparison(answers, np.array(rows), unit, "", within).same(answers):
+                return f"{what} {sentence} "
+    return ""
+
+
+def _changed(middle, places, change):
+    """A row of numbers or arrays with some of them changed, in the form in which it came."""
+    parts = [change(part) if i in places else part for i, part in enumerate(middle)]
+    return np.array(parts) if isinstance(middle, np.ndarray) else type(middle)(parts)
 
 
 def _alike(some: list, others: list) -> bool:
@@ -208,7 +272,13 @@ def _written(arguments) -> str:
 
 def _short(value) -> str:
     if isinstance(value, (list, tuple, np.ndarray)):
-        array = np.asarray(value)
+        try:
+            array = np.asarray(value)
+        except ValueError:  # rows of different lengths
+            return f"a {type(value).__name__} of {len(value)}"
+        if array.size > MANY:
+            return f"an array of shape {array.shape}"
         if array.dtype.kind in "if":
             return np.array2string(array, precision=4, suppress_small=True, separator=", ").replace("\n", "")
-    return f"{value:.4g}" if isinstance(value, float) else repr(value)
+    text = f"{value:.4g}" if isinstance(value, float) else " ".join(repr(value).split())
+    return text if len(text) <= LONG else f"a {type(value).__name__}"

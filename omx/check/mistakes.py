@@ -58,6 +58,8 @@ class Comparison:
     def close(self) -> str:
         """A sentence for an answer that is only a rounding away; empty otherwise."""
         off = float(np.max(np.abs(self.answer - self.expected)))
+        if off >= 1 and off < 3 and np.array_equal(np.round(self.answer), self.answer) and not any(self.units):
+            return f"That is off by {off:.0f}: count once more, and round to the nearest."
         scale = float(np.max(np.abs(self.expected))) or 1.0
         if off < 1e-3 * scale:
             return f"That is close, but off by {off:.1e}: keep all digits, and round only when you print."
@@ -73,6 +75,17 @@ class Comparison:
         if not good:
             return ""
         return f"{_listed(bad)} wrong; {_listed(good)} right."
+
+    def furthest(self) -> str:
+        """Which of many numbers is furthest away, and by how much; of one number only to which side."""
+        if not self.answer.ndim:
+            return f"It is too {'large' if self.answer > self.expected else 'small'}."
+        off = np.abs(self.answer - self.expected)
+        place = np.unravel_index(np.argmax(off), off.shape)
+        by = f"{off[place]:.3g} {self.units[place[-1] % len(self.units)]}".rstrip()
+        rows = f" of row {place[0]}" if len(place) > 1 else ""
+        entry = f"{self.name(place[-1])}{rows}" if self.parts else f"Entry [{', '.join(map(str, place))}]"
+        return f"{entry} is furthest away, by {by}."
 
     def name(self, index: int) -> str:
         """The name of one component, to begin a sentence with."""

@@ -49,7 +49,7 @@ def test_binder_takes_the_books_own_environment():
     assert (ROOT / ".binder" / "postBuild").stat().st_mode & 0o100
 
 
-@pytest.mark.parametrize("name", ["grading", "lite", "fast", "hub"])
+@pytest.mark.parametrize("name", ["lite", "fast", "hub"])
 def test_environments_beside_are_pinned(name):
     assert all(re.fullmatch(r"[\w-]+(\[\w+\])?==[\w.]+", requirement) for requirement in extra_envs.requirements(name))
 

@@ -1,0 +1,121 @@
+"""The student's edition: everything that a student needs, in one ZIP file, and nothing that a teacher keeps.
+
+    python run.py student --edition stick.zip [--graded 03,05] [--wheels]
+
+In it: the sheets in place of the chapters, `omx`, the launcher and what it needs, the pages that chapters link to.
+Not in it: solutions, speaker's notes, tests, teaching pages, the grader, history. Fails closed, as the sheets do.
+"""
+
+import re
+import subprocess
+import sys
+import tempfile
+import zipfile
+from pathlib import Path
+
+from book.chapters import normalise
+from book.chapters.cells import slide_type, source, tags
+from book.chapters.student import Refused, kept_lines, secret_lines, squeeze, student_copy
+from book.setup.paths import ENVIRONMENT, ROOT, Stop
+
+#: What goes along, by glob, and what of that stays here.
+ALONG = (
+    "run.py", "environment.txt", "LICENSE", "omx/**/*", "book/__init__.py", "book/setup/**/*", "book/reader/**/*",
+    "book/chapters/**/*", "book/notation.md", "book/errata.md", "book/glossary.md", "book/bibliography.md",
+    "book/static/arm.png",
+)  # fmt: skip
+STAYS = re.compile(
+    r"(^|/)(__pycache__|\.ipynb_checkpoints|\.DS_Store)(/|$)|^book/setup/(lock|extra_envs)\.py$"
+    r"|^book/chapters/(edition|grad\w*|marks|hidden|lab_log|new|check|lint\w*|student|runs)\b"
+)
+#: Kept although the pattern above would leave them here: other parts import them.
+NEEDED = ("book/chapters/student.py", "book/chapters/lint.py", "book/chapters/lint_code.py")
+DATE = (2000, 1, 1, 0, 0, 0)  # the same bytes from the same book
+README = """# Kinematics of the OpenMANIPULATOR-X
+
+A book of Jupyter notebooks about the kinematics of a real four-joint arm, and the module `omx` that they write.
+
+    python run.py lab       opens the book; the first time it sets itself up, in about a minute
+    python run.py           lists all commands
+
+You need Python 3.11 or newer (on Windows type `py run.py lab`) and about 1.2 GB of disk. {network}
+
+The chapters in `notebooks/` are your sheets: write your answers where a cell says TODO, run the cell below it, and hand
+the notebook in. Code: BSD 3-Clause. Prose: CC BY 4.0. Both are in `LICENSE`.
+"""
+ONLINE = "Set-up needs the internet once, nothing else does."
+OFFLINE = "The packages are in `wheels/`: set-up needs no internet on the system that they were made for."
+PROJECT = """[build-system]
+requires = ["setuptools"]
+build-backend = "setuptools.build_meta"
+
+[project]
+name = "omx"
+version = "0.1.0"
+requires-python = ">=3.11"
+dependencies = ["numpy"]
+
+[tool.setuptools.packages.find]
+include = ["omx*"]
+"""
+
+
+def write(target, wheels=False, root=ROOT, graded=()):
+    """Write the edition; its path. Raises `Refused` or `Stop`, and then leaves no file."""
+    target = Path(target).resolve()
+    files = contents(root, graded)
+    found = leaks(files, root)
+    if found:
+        raise Refused(f"a solution or note can still be read in the edition: {'; '.join(found[:3])}")
+    partial = target.with_name(target.name + ".part")
+    with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive:
+        if wheels:
+            download(Path(folder))
+        files["README.md"] = README.format(network=OFFLINE if wheels else ONLINE).encode()
+        for name in sorted(files):
+            add(archive, name, files[name])
+        for wheel in sorted(Path(folder).iterdir()):
+            add(archive, f"wheels/{wheel.name}", wheel.read_bytes(), zipfile.ZIP_STORED)
+    partial.replace(target)
+    return target
+
+
+def contents(root=ROOT, graded=()):
+    """{name in the edition: bytes}; the checks of `graded` chapters, such as "03", stay here."""
+    names = {path.relative_to(root).as_posix() for glob in ALONG for path in root.glob(glob) if path.is_file()}
+    files = {name: (root / name).read_bytes() for name in names if name in NEEDED or not STAYS.search(name)}
+    for path in sorted((root / "notebooks").glob("*.ipynb")):
+        files[f"notebooks/{path.name}"] = normalise.dumps(
+            student_copy(normalise.read(path), path.name[:2] in graded)
+        ).encode()
+    return {**files, "pyproject.toml": PROJECT.encode()}
+
+
+def leaks(files, root=ROOT):
+    """Where in the edition a line of a solution or note stands that no other cell of the chapters shows."""
+    text = {name: squeeze(content.decode("utf-8", "replace")) for name, content in files.items()
+            if name.endswith((".md", ".ipynb", ".py"))}  # fmt: skip
+    cells = [cell for path in sorted((root / "notebooks").glob("*.ipynb")) for cell in normalise.read(path)["cells"]]
+    hidden = [cell for cell in cells if "solution" in tags(cell) or slide_type(cell) == "notes"]
+    shown = squeeze("\n".join(source(cell) for cell in cells if cell not in hidden))
+    kept = squeeze("\n".join(line for c in hidden if c["cell_type"] == "code" for line in kept_lines(source(c))))
+    lines = {line for cell in hidden for line in secret_lines(cell)}
+    secrets = [line for line in lines if len(line) > 24 and line not in shown and line not in kept]
+    return [f"{name}: {line}" for line in sorted(secrets) for name in sorted(text)
+            if name.startswith(("notebooks/", "book/")) and line.replace('"', '\\"') in text[name]]  # fmt: skip
+
+
+def add(archive, name, content, how=zipfile.ZIP_DEFLATED):
+    about = zipfile.ZipInfo("omx-book/" + name, DATE)
+    about.external_attr, about.compress_type = (0o755 if name == "run.py" else 0o644) << 16, how
+    archive.writestr(about, content)
+
+
+def download(folder):
+    """Put the pinned packages for this system and this Python into a folder. Raises `Stop`."""
+    command = [sys.executable, "-m", "pip", "download", "--quiet", "--disable-pip-version-check", "--only-binary=:all:",
+               "--dest", str(folder), "-r", str(ENVIRONMENT)]  # fmt: skip
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        last = (done.stderr or done.stdout).strip().splitlines() or ["it said nothing"]
+        raise Stop(f"The packages could not be downloaded: {last[-1][:200]}")

@@ -1,0 +1,100 @@
+"""What checks do in a notebook beyond printing: short errors in check cells, a tick, and the reader's progress.
+
+Installed once in the kernel that imports `omx.check`; nothing happens outside a kernel, and nothing leaves this disk.
+"""
+
+import linecache
+import re
+import sys
+import traceback
+
+from ..errors import OmxError, Wrong
+from . import passed
+from .functions import hint
+from .validation import present
+
+CHECKS = re.compile(r"\bcheck\.(?!setup\b|progress\b|variant\b|student\b)\w+\(")
+LINE = 100
+
+
+def install() -> None:
+    """Let the running kernel, if there is one, show short errors in check cells and keep the progress."""
+    shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
+    if shell is None or not hasattr(shell, "kernel") or getattr(shell, "_omx_checks", False):
+        return
+    shell._omx_checks = True
+    shell.set_custom_exc((Exception,), _shown)
+    shell.events.register("post_run_cell", _after_a_cell)
+
+
+def _shown(shell, kind, error, trace, tb_offset=None):
+    """IPython's handler of errors: one sentence if a check cell stopped with anything but its own sentence."""
+    if isinstance(error, Wrong) or not is_check(_cell_of(trace)):
+        shell.showtraceback((kind, error, trace), tb_offset=tb_offset, running_compiled_code=True)
+        return
+    told = Wrong(explained(error))
+    shell._showtraceback(Wrong, told, told._render_traceback_())
+
+
+def is_check(cell: str) -> bool:
+    """Is this the source of a cell that checks an answer?"""
+    return bool(CHECKS.search(cell))
+
+
+def explained(error: Exception) -> str:
+    """One sentence for an error that is not the check's own: where the answer stops, and what to look at."""
+    if isinstance(error, NotImplementedError):
+        return str(error) or "Something that the check uses is still the TODO."
+    if todo := _unanswered(error.__traceback__):
+        return todo
+    if isinstance(error, OmxError):
+        return f"With your answer the check comes to this: {_one_line(str(error), 300)}"
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if of_a_cell(frame.filename)]
+    said = f"{type(error).__name__}: {_one_line(str(error))}".rstrip(".")
+    if not frames:
+        return f"The check stops with {said}."
+    first, last = frames[0], frames[-1]
+    line = f" in its line `{_one_line(last.line or '')}`" if last.line else ""
+    who = "The check stops" if last.filename == first.filename else f"{last.name} stops"
+    return f"{who} with {said},{line or ' in your answer'}. {hint(error)}".rstrip()
+
+
+def _unanswered(trace) -> str:
+    """A sentence on the first name in the line of the check that is None or still a TODO; '' if there is none."""
+    cells = [(frame, number) for frame, number in traceback.walk_tb(trace) if of_a_cell(frame.f_code.co_filename)]
+    if not cells:
+        return ""
+    frame = cells[0][0]
+    for name in frame.f_code.co_names:
+        try:
+            present(frame.f_globals.get(name, 0), name)
+        except Wrong as wrong:
+            return str(wrong)
+    return ""
+
+
+def of_a_cell(filename: str) -> bool:
+    return "ipykernel_" in filename or (filename.startswith("<") and not filename.startswith("<frozen"))
+
+
+def _cell_of(trace) -> str:
+    """The source of the cell in which an error came up to IPython."""
+    frames = (frame for frame in traceback.extract_tb(trace) if of_a_cell(frame.filename))
+    first = next(frames, None)
+    return "".join(linecache.getlines(first.filename)) if first else ""
+
+
+def _one_line(text: str, most: int = LINE) -> str:
+    text = " ".join(text.split())
+    return text if len(text) <= most else text[: most - 3] + "..."
+
+
+def _after_a_cell(result) -> None:
+    cell = getattr(result.info, "cell_id", None)
+    if not cell or not is_check(result.info.raw_cell or ""):
+        return
+    done = passed.record(cell, bool(result.success))
+    if result.success and done:
+        shell = sys.modules["IPython"].get_ipython()
+        html = f'<span style="color:#1a7f37;font-weight:600">&#10003;</span> {done}'
+        shell.display_pub.publish({"text/html": html, "text/plain": f"\N{CHECK MARK} {done}"})
