@@ -44,6 +44,12 @@ def _along(seconds: float, rate: float, clock) -> Iterator[float]:
         start = min(last + 1 / rate, seconds)
 
 
+def check_path(driver: Driver, trajectory) -> None:
+    """Raise what the guard has against the trajectory, at 200 points of it."""
+    for q in trajectory.q[:: max(1, len(trajectory.q) // 200)]:
+        driver.guard.check(q)
+
+
 def _look_through(driver: Driver, trajectory) -> None:
     """Raise what would stop the arm on its way, before it sets off."""
     start, guard = driver.read().q, driver.guard
@@ -52,8 +58,7 @@ def _look_through(driver: Driver, trajectory) -> None:
         raise BadInput(
             f"the arm is {math.degrees(gap):.1f} deg away from where the trajectory starts; `move_to` its start."
         )
-    for q in trajectory.q[:: max(1, len(trajectory.q) // 200)]:
-        guard.check(q)
+    check_path(driver, trajectory)
     fastest = float(np.abs(trajectory.qd).max())
     if fastest > guard.speed_cap:
         raise BadInput(
