@@ -42,6 +42,7 @@ def starts(command):
 if __name__ == "__main__":
     if sys.version_info[:2] < OLDEST:
         sys.exit("run.py: " + too_old())
+    sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))  # left out by PYTHONSAFEPATH, -P and -I
     from book.setup import launch
 
     sys.exit(launch.main(sys.argv[1:]))

@@ -17,9 +17,11 @@ from .errors import (
     JointLimit,
     LogError,
     NotArrived,
+    NotDecided,
     NotEqual,
     NotIdentifiable,
     NotReady,
+    ObjectLost,
     OmxError,
     OutOfBounds,
     PathBlocked,
@@ -41,7 +43,7 @@ from .errors import (
     Wrong,
     WrongServo,
 )  # fmt: skip
-from .geometry import COURSE, MAKER, Geometry
+from .geometry import COURSE, MAKER, Geometry, other_arm
 from .kinematics import IKSolution, Pose, fk, frames, ik, ik_batch, jacobian, pose, solve_ik, warn_if_stale
 
 #: What needs more than NumPy, or is needed less often: name -> where it lives. Imported when first asked for.
@@ -59,12 +61,12 @@ _LATER = {
 __all__ = [
     "COURSE", "HOME", "LIMITS", "MAKER", "ZERO",
     "BadInput", "BusCorrupt", "BusError", "BusTimeout", "Camera", "Chain", "Collision", "DHRow", "Geometry",
-    "IKSolution", "JointLimit", "JointPanel", "LogError", "NotArrived", "NotEqual", "NotIdentifiable", "NotReady",
-    "ObjectLost", "OmxError", "OutOfBounds", "PathBlocked", "PortBusy", "PortError", "PortLost", "Pose", "PosePanel",
-    "Robot", "RobotPanel", "RowPanel", "RowView", "ServoFault", "ServoLost", "ServoRefused", "ServoRestarted",
-    "Stalled", "Stopped", "TooFast", "TooHeavy", "TorqueOff", "Unreachable", "View", "ViewerMissing", "Violation",
-    "Wrong", "WrongServo",
-    "fk", "frames", "ik", "ik_batch", "jacobian", "pose", "solve_ik",
+    "IKSolution", "JointLimit", "JointPanel", "LogError", "NotArrived", "NotDecided", "NotEqual", "NotIdentifiable",
+    "NotReady", "ObjectLost", "OmxError", "OutOfBounds", "PathBlocked", "PortBusy", "PortError", "PortLost", "Pose",
+    "PosePanel", "Robot", "RobotPanel", "RowPanel", "RowView", "ServoFault", "ServoLost", "ServoRefused",
+    "ServoRestarted", "Stalled", "Stopped", "TooFast", "TooHeavy", "TorqueOff", "Unreachable", "View",
+    "ViewerMissing", "Violation", "Wrong", "WrongServo",
+    "fk", "frames", "ik", "ik_batch", "jacobian", "other_arm", "pose", "solve_ik",
 ]  # fmt: skip
 
 warn_if_stale()

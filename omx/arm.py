@@ -3,12 +3,23 @@
 Data only; lengths in mm, angles in rad, masses in kg. What is not the maker's has its reason beside it.
 """
 
-from math import atan2, hypot, pi, radians
+from math import asin, atan2, hypot, pi, radians
 
 # ---- joints and named poses ----
 
+
+class Limits(tuple):
+    """One (low, high) a joint, shown in signatures by its name."""
+
+    def __repr__(self) -> str:
+        return "omx.LIMITS" if self == LIMITS else super().__repr__()
+
+    def _repr_pretty_(self, printer, cycle) -> None:
+        printer.text(super().__repr__())
+
+
 #: Joint limits (rad), from the maker's current URDF: one (low, high) a joint.
-LIMITS = ((-pi, pi), (-1.5, 1.5), (-1.5, 1.4), (-1.7, 1.97))
+LIMITS = Limits(((-pi, pi), (-1.5, 1.5), (-1.5, 1.4), (-1.7, 1.97)))
 
 #: Where the frames stop the joints (rad): the widest limits that anyone publishes for this arm.
 STOPS = ((-pi, pi), (-2.05, 1.571), (-1.571, 1.53), (-1.8, 2.0))
@@ -22,6 +33,9 @@ HOME = (0.0, -1.05, 0.35, 0.70)
 
 #: Where the arm lies when it is parked, folded together: least to fall when the torque goes off. Check it on yours.
 REST = (0.0, -1.45, 1.32, 0.2)
+
+#: The lengths of the course's drawing, for which the text, the labs' points and the printed tables are made.
+COURSE_LENGTHS = {"L1": 77.0, "L2": 130.0, "L3": 124.0, "L4": 126.0, "delta": asin(24 / 130)}
 
 #: What differs in the maker's URDF: a shoulder 0.5 mm lower, and an upper arm that is 128 up and 24 forward.
 MAKER_LENGTHS = {"L1": 76.5, "L2": hypot(128, 24), "delta": atan2(24, 128)}

@@ -1,6 +1,13 @@
-"""Whole-array arithmetic for the generated batch functions, and the check that array arguments pass."""
+"""Whole-array arithmetic for the generated batch functions, and the one gate that numbers pass on their way in.
+
+The formulas take their functions from the arrays that they are given, so one source serves NumPy, JAX, PyTorch, CuPy
+and Dask."""
 
 import math
+from collections.abc import Iterator
+from itertools import islice
+from numbers import Real
+from typing import Any
 
 import numpy as np
 
@@ -15,13 +22,45 @@ BLOCK = 12_288
 #: computing them.
 HOARD = 1 << 21
 
+#: No number may be larger: sums of four, and products with lengths, stay finite.
+HUGE = 1e306
+
+
+#: An array of NumPy, or of another library that keeps to the array API standard: JAX, PyTorch, CuPy, Dask ...
+Array = Any
+
+_OTHER_LIBRARIES = ("torch", "dask", "cupy", "jax", "jaxlib", "array_api_strict")
+
+
+def is_foreign(value) -> bool:
+    """Is it an array of another library than NumPy? Then it keeps its kind, its device and its laziness."""
+    kind = type(value)
+    if issubclass(kind, (np.ndarray, np.generic, float, int, list, tuple)):
+        return False
+    return hasattr(kind, "__array_namespace__") or kind.__module__.partition(".")[0] in _OTHER_LIBRARIES
+
+
+def namespace(*arrays):
+    """The functions for these arrays by the names of the array API standard, from NumPy or from their own library."""
+    first = next(filter(is_foreign, arrays), None)
+    if first is None:
+        return np
+    if hasattr(first, "__array_namespace__"):
+        return first.__array_namespace__()
+    from array_api_compat import array_namespace  # PyTorch and Dask have some of the names otherwise
+
+    return array_namespace(first)
+
 
 def sincos(x):
-    """Sine and cosine of an array (rad), both from one tangent of the half angle.
+    """Sine and cosine of an array (rad), for NumPy both from one tangent of the half angle.
 
     NumPy evaluates `sin` and `cos` of float64 one element at a time, but `tan` in vector registers, so
     this is several times faster than calling both. The error is below 1e-15 (2e-13 mm at the arm's tip).
     """
+    if is_foreign(x):
+        xp = namespace(x)
+        return xp.sin(x), xp.cos(x)
     t = np.tan(0.5 * x)
     u = t * t
     u += 1.0
@@ -37,43 +76,156 @@ def wrap(x):
     In turns, because there the subtraction is exact: what is left is in (-1/2, 1/2], and half a turn is pi.
     """
     turns = x * (1.0 / math.tau)
+    if is_foreign(x):
+        return (turns - namespace(x).ceil(turns - 0.5)) * math.tau
     turns -= np.ceil(turns - 0.5)
     turns *= math.tau
     return turns
 
 
+class Four:
+    """A base for what stands for four numbers in their order, so that the gates below unpack it."""
+
+    __slots__ = ()
+
+
+_ORDERED, _PLAIN = (tuple, list, Four), {float, int}
+
+
+def as_four(value, name: str, wanted: str) -> tuple[float, float, float, float]:
+    """Four finite floats, from any one row that `as_rows` takes; `BadInput` otherwise."""
+    four = as_four_or_rows(value, name, wanted)
+    if is_foreign(four) and four.ndim == 1:
+        four = tuple(as_rows(four, name, 4, wanted).tolist())
+    if type(four) is not tuple:
+        raise BadInput(f"`{name}` must be {wanted}, shape (4,); got shape {tuple(four.shape)}.")
+    return four
+
+
+def as_four_or_rows(value, name: str, wanted: str):
+    """A tuple of four plain floats, by the quick way; else what `as_rows` returns, with two axes or more.
+
+    An array of another library comes back as it is, with its shape checked.
+    """
+    try:
+        if value.__class__ is tuple:
+            a, b, c, d = value
+        elif value.__class__ is np.ndarray and value.ndim == 1:
+            a, b, c, d = value.tolist()
+        elif isinstance(value, _ORDERED):
+            a, b, c, d = value
+        elif is_foreign(value):
+            return _of_four(value, name, wanted)
+        else:
+            a = b = c = d = None
+        if type(a) is type(b) is type(c) is type(d) is float:
+            if -HUGE < a + b + c + d < HUGE:
+                return a, b, c, d
+        elif {type(a), type(b), type(c), type(d)} == _PLAIN and -HUGE < a + b + c + d < HUGE:
+            return float(a), float(b), float(c), float(d)
+    except (TypeError, ValueError):  # not four numbers: a batch, or a mistake that `as_rows` explains
+        pass
+    rows = as_rows(value, name, 4, wanted)
+    return tuple(rows.tolist()) if rows.ndim == 1 else rows
+
+
+def _of_four(array, name: str, wanted: str):
+    """An array of another library with four columns; `BadInput` otherwise. Its values are its own business."""
+    if array.ndim == 0 or array.shape[-1] != 4:
+        raise BadInput(f"`{name}` must be {wanted}, shape (4,) or (..., 4); got shape {tuple(array.shape)}.")
+    return array
+
+
 def as_rows(value, name: str, columns: int, wanted: str):
-    """`value` as a float64 array of shape (..., `columns`), finite throughout; `BadInput` otherwise."""
+    """`value` as a float64 array of shape (..., `columns`), finite throughout; `BadInput` otherwise.
+
+    What passes, here and through `as_four`: arrays of whole numbers or floats, whatever NumPy makes such an array of
+    (pandas, PyTorch), lists and tuples of numbers, nested or not, and an iterator over one row. Numbers may be
+    Python's, NumPy's, SymPy's, fractions, decimals. Refused: True and False, strings, None, complex numbers, what is
+    masked, NaN, infinity, numbers beyond 1e306, and sets and mappings, whose order means nothing.
+    """
     expected = f"`{name}` must be {wanted}, shape ({columns},) or (..., {columns})"
+    if isinstance(value, Iterator):
+        value = _row(value, columns)
     array = _as_floats(value, expected)
     if array.ndim == 0 or array.shape[-1] != columns:
         raise BadInput(f"{expected}; got shape {array.shape}.")
     if array.size == 0:
         raise BadInput(f"{expected}; got an empty batch of shape {array.shape}.")
-    finite = np.isfinite(array)
-    if not finite.all():
-        where = tuple(int(i) for i in np.argwhere(~finite)[0])
+    if not -HUGE < array.min() <= array.max() < HUGE:  # NaN passes neither
+        where = tuple(int(i) for i in np.argwhere(~(np.abs(array) < HUGE))[0])
         index = ", ".join(map(str, where))
         raise BadInput(f"{expected}, all finite; got shape {array.shape} with `{name}`[{index}] = {array[where]}.")
     return array
 
 
+def as_number(value, name: str, wanted: str = "a number", low: float = -HUGE, high: float = HUGE) -> float:
+    """One finite float in [low, high]; `BadInput` otherwise. `wanted` says what the number is, with its unit."""
+    if _is_number(value) or (isinstance(value, np.ndarray) and value.shape == () and value.dtype.kind in "iuf"):
+        try:
+            number = float(value)
+        except (TypeError, ValueError, OverflowError):  # SymPy's symbols and complex numbers
+            number = math.nan
+        if low <= number <= high:
+            return number
+    raise BadInput(f"`{name}` must be {wanted}; got {shown(value)}.")
+
+
+def as_count(value, name: str, least: int = 1, most: int = 1 << 40) -> int:
+    """A whole number, `least` or more; `BadInput` otherwise."""
+    if isinstance(value, (int, np.integer)) and not isinstance(value, bool) and least <= value <= most:
+        return int(value)
+    raise BadInput(f"`{name}` must be a whole number, at least {least}; got {shown(value)}.")
+
+
+def _row(values, columns: int) -> list:
+    """The first numbers of an iterator, one more than there should be; nothing else can be taken from it twice."""
+    row = list(islice(values, columns + 1))
+    return row if all(_is_number(entry) for entry in row) else [None]
+
+
+def _is_number(value) -> bool:
+    """Anything with a float value that is no truth value, no text and no complex number."""
+    if type(value) in (float, int):
+        return True
+    real = isinstance(value, Real) or (hasattr(value, "__float__") and not hasattr(value, "__len__"))
+    return real and not isinstance(value, (bool, np.bool_, np.complexfloating, np.ma.core.MaskedConstant))
+
+
 def _as_floats(value, expected: str):
     """Whole numbers, floats, and objects that have a float value (SymPy's, fractions) as float64; nothing else."""
+    array = None
     try:
         array = np.asarray(value)
-        if array.dtype.kind in "iuf" or (array.dtype.kind == "O" and None not in array.ravel().tolist()):
+        plain = array.dtype.kind in "iuf" or (array.dtype.kind == "O" and all(map(_is_number, array.flat)))
+        if plain and not _hides_something(value):
             return array.astype(np.float64, copy=False)
-    except (ValueError, TypeError, OverflowError):
+    except (ValueError, TypeError, OverflowError, RecursionError):
         array = None
     raise BadInput(f"{expected}; got {_described(value, array)}.")
 
 
+def _hides_something(value) -> bool:
+    """Truth values and masked entries, which `numpy.asarray` would turn into numbers without a word."""
+    if isinstance(value, np.ma.MaskedArray):
+        return bool(np.ma.is_masked(value))
+    if isinstance(value, (list, tuple)):
+        return any(type(entry) is not float and _hides_something(entry) for entry in value)
+    return isinstance(value, (bool, np.bool_))
+
+
 def _described(value, array) -> str:
-    text = repr(value)
-    shown = text if len(text) < 60 else f"a {type(value).__name__}"
     shape = f" of shape {array.shape}" if array is not None and array.ndim else ""
-    return f"{shown}{shape}, which is not a table of real numbers"
+    return f"{shown(value)}{shape}, which is not a table of real numbers"
+
+
+def shown(value) -> str:
+    """The value as text, if that is short; else what it is."""
+    try:
+        text = repr(value)
+    except Exception:  # a value's own repr may do anything
+        text = ""
+    return text if 0 < len(text) < 60 and "\n" not in text else f"a {type(value).__name__}"
 
 
 def in_blocks(rows, block: int = BLOCK):
@@ -83,6 +235,14 @@ def in_blocks(rows, block: int = BLOCK):
     for start in range(0, len(rows), block):
         piece = slice(start, start + block)
         yield piece, np.ascontiguousarray(rows[piece].T)
+
+
+def stacked(entries, like):
+    """Nested tuples of foreign columns (or plain numbers) as one array: `like`'s shape, then an axis a level."""
+    xp = namespace(like)
+    if not isinstance(entries, tuple):
+        return entries if is_foreign(entries) else xp.full_like(like, entries)
+    return xp.stack([stacked(entry, like) for entry in entries], axis=like.ndim)
 
 
 def fill(out, entries):

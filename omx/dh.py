@@ -4,13 +4,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import repeat
+from math import inf, isfinite
 from numbers import Real
 from typing import Any
 
 import numpy as np
 
-from .arrays import as_rows, fill
+from .arrays import HUGE, as_rows, fill, shown
 from .errors import BadInput, JointLimit, Violation
+
+#: A constant angle or a limit beyond this (rad), a little over one turn, was meant in degrees.
+MOST_ANGLE = 6.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,7 +22,9 @@ class DHRow:
     """One joint: `A = Rz(theta) Tz(d) Tx(a) Rx(alpha)`, lengths in mm, angles in rad.
 
     The joint's variable is *added* to `theta` (revolute) or to `d` (prismatic), so `theta` or `d` holds the
-    constant offset. Entries may be numbers or SymPy expressions.
+    constant offset. Entries may be numbers or SymPy expressions. A fixed frame in front of the first joint or behind
+    the last is a joint with the limits (0, 0). In a table after Craig (proximal, or modified, convention) a row holds
+    a and alpha of the link before: move both up by one row first.
     """
 
     theta: Any
@@ -37,21 +43,25 @@ class DHRow:
 class Chain:
     """A serial chain of DH rows; frame 0 is the base, frame n moves with joint n and is the tool.
 
-    `limits`: one `(low, high)` a joint, or None. `names`: one name a joint; q1, q2, ... (d3 where joint 3 is
-    prismatic) if left out. Numbers go in and arrays come out; SymPy comes out where a row holds a symbol or
-    `q` anything of SymPy's. Raises `BadInput`.
+    Numbers go in and arrays come out; SymPy comes out where a row holds a symbol or `q` anything of SymPy's. Raises
+    `BadInput`.
+
+    Args:
+        rows: one `DHRow` a joint, or (theta, d, a, alpha[, prismatic]).
+        limits: one (low, high) a joint in rad (mm where prismatic), infinite where there is none; or None.
+        names: one name a joint; q1, q2, ... (d3 where joint 3 is prismatic) if left out.
+        name: of the arm, for messages.
     """
 
     def __init__(self, rows: Sequence[DHRow], limits=None, names=None, name: str = "chain"):
-        self.rows = tuple(_as_row(row, i) for i, row in enumerate(rows, start=1))
-        if not self.rows:
-            raise BadInput("`rows` must hold at least one DHRow; got none.")
+        self.rows = _as_rows(rows)
         default = (f"{'d' if row.prismatic else 'q'}{i}" for i, row in enumerate(self.rows, start=1))
-        self.names = tuple(names or default)
-        self.limits = None if limits is None else as_limits(limits, len(self.rows))
-        self.name = name
-        if len(set(self.names)) != len(self.rows):
-            raise BadInput(f"`names` must be {len(self.rows)} different names, one a joint; got {self.names}.")
+        self.names = tuple(default) if names is None else _as_names(names, len(self.rows))
+        prismatic = [row.prismatic for row in self.rows]
+        self.limits = None if limits is None else as_limits(limits, len(self.rows), prismatic)
+        self.name = str(name)
+        for i, row in enumerate(self.rows, start=1):
+            _refuse_variables(row, i, self.names)
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -85,6 +95,15 @@ class Chain:
         frames = self.frames(q)
         return frames[-1] if isinstance(frames, list) else frames[..., -1, :, :]
 
+    def jacobian(self, q) -> np.ndarray:
+        """The geometric Jacobian, (..., 6, n), base frame: linear rows (mm/rad; 1 where prismatic), then angular."""
+        frames = self.frames(self._as_values(q))
+        z, origins = frames[..., :-1, :3, 2], frames[..., :-1, :3, 3]
+        slides = np.array([row.prismatic for row in self.rows])[:, None]
+        swept = np.cross(z, frames[..., -1:, :3, 3] - origins)
+        columns = np.concatenate([np.where(slides, z, swept), np.where(slides, 0.0, z)], axis=-1)
+        return np.swapaxes(columns, -1, -2)
+
     def violations(self, q) -> tuple[Violation, ...]:
         """Every joint of `q` (n,) that is outside its limits; empty if all are inside, or there are none."""
         q = self._as_values(q)
@@ -110,8 +129,12 @@ class Chain:
         entries = [entry for row in self.rows for entry in row.at(0)]
         if any(getattr(entry, "free_symbols", None) for entry in entries):
             return True
-        maybe = isinstance(q, (list, tuple)) or hasattr(q, "free_symbols") or np.asarray(q).dtype.kind == "O"
-        return maybe and any(hasattr(entry, "free_symbols") for entry in np.ravel(q))
+        if isinstance(q, np.ndarray) and q.dtype.kind != "O":
+            return False
+        try:
+            return any(hasattr(entry, "free_symbols") for entry in np.ravel(q))
+        except ValueError:  # ragged, which `as_rows` explains
+            return False
 
     def _symbolic_matrices(self, q) -> list:
         import sympy as sp  # a symbol is here already, so SymPy is
@@ -119,34 +142,138 @@ class Chain:
         if np.shape(q) not in ((len(self),), (len(self), 1), (1, len(self))):
             raise BadInput(f"`q` must be {len(self)} symbols or numbers, one a joint; got shape {np.shape(q)}.")
         return [
-            sp.Matrix(link_rows(*row.at(variable), sp.cos, sp.sin)) for row, variable in zip(self.rows, q, strict=True)
+            sp.Matrix(link_rows(*exact(row).at(variable), sp.cos, sp.sin))
+            for row, variable in zip(self.rows, np.ravel(q).tolist(), strict=True)
         ]
+
+
+def _as_rows(rows) -> tuple[DHRow, ...]:
+    try:
+        found = tuple(_as_row(row, i) for i, row in enumerate(rows, start=1))
+    except TypeError:
+        raise BadInput(f"`rows` must be a list of DHRow; got {shown(rows)}.") from None
+    if not found:
+        raise BadInput("`rows` must hold at least one DHRow; got none.")
+    return found
 
 
 def _as_row(row, number: int) -> DHRow:
     try:
         row = row if isinstance(row, DHRow) else DHRow(*row)
-        good = all(isinstance(entry, Real) or hasattr(entry, "free_symbols") for entry in row.at(0))
     except TypeError:
-        good = False
+        raise BadInput(f"row {number} must be a DHRow of numbers or SymPy expressions; got {shown(row)}.") from None
+    if row.prismatic not in (True, False) or isinstance(row.prismatic, float):
+        raise BadInput(
+            f"the fifth entry of row {number} says whether the joint is prismatic, True or False; got "
+            f"{shown(row.prismatic)}. An offset is added to theta (or d), the joint's variable is in no column."
+        )
+    for column in ("theta", "d", "a", "alpha"):
+        entry = getattr(row, column)
+        if not _is_real(entry):
+            raise BadInput(
+                f"row {number} must be a DHRow of numbers or SymPy expressions, finite and real; {column} is "
+                f"{shown(entry)}."
+            )
+        if column in ("theta", "alpha") and isinstance(entry, Real) and abs(entry) > MOST_ANGLE:
+            raise BadInput(f"{column} of row {number} is {entry} rad, more than a turn: degrees? Use math.radians.")
+    return DHRow(row.theta, row.d, row.a, row.alpha, bool(row.prismatic))
+
+
+def _is_real(entry) -> bool:
+    """A finite real number, or a SymPy expression that may be one."""
+    if isinstance(entry, (bool, np.bool_)):
+        return False
+    if isinstance(entry, Real):
+        return bool(abs(entry) < HUGE)
+    if isinstance(entry, type) or not (hasattr(entry, "free_symbols") and hasattr(entry, "as_coeff_Add")):
+        return False
+    if entry.free_symbols:
+        return entry.is_real is not False and not entry.has(1j)
+    return bool(entry.is_real and entry.is_finite)
+
+
+def _as_names(names, joints: int) -> tuple[str, ...]:
+    try:
+        found = () if isinstance(names, str) else tuple(names)
+    except TypeError:
+        found = ()
+    good = len(found) == joints == len(set(map(str, found))) and all(isinstance(name, str) and name for name in found)
     if not good:
-        raise BadInput(f"row {number} must be a DHRow of numbers or SymPy expressions; got {row!r}.")
-    return row
+        raise BadInput(f"`names` must be {joints} different names, one a joint; got {shown(names)}.")
+    return tuple(map(str, found))
 
 
-def as_limits(limits, joints: int) -> tuple[tuple[float, float], ...]:
+def _refuse_variables(row: DHRow, number: int, names: Sequence[str]) -> None:
+    """`BadInput` where an entry holds a joint's variable, as printed tables do: it would count twice."""
+    own = "d" if row.prismatic else "theta"
+    for column in ("theta", "d", "a", "alpha"):
+        used = {str(symbol) for symbol in getattr(getattr(row, column), "free_symbols", ())} & set(names)
+        if used and column == own and names[number - 1] in used:
+            raise BadInput(
+                f"{column} of row {number} holds the joint's own variable {names[number - 1]}, which is added to it "
+                f"anyway: leave only the constant offset there, 0 if there is none. (A joint that turns the other way "
+                f"is written with alpha of the row before, and of its own row, turned by pi.)"
+            )
+        if used:
+            raise BadInput(
+                f"{column} of row {number} holds {sorted(used)[0]}, the name of a joint's variable; give the length "
+                "or angle another name, or the joints other `names`."
+            )
+
+
+def as_limits(limits, joints: int, prismatic: Sequence[bool] = ()) -> tuple[tuple[float, float], ...]:
     """`limits` as one `(low, high)` of floats a joint (infinite where there is none); `BadInput` otherwise."""
     wanted = f"`limits` must be {joints} pairs (low, high), low <= high, one a joint"
     try:
-        pairs = tuple((float(low), float(high)) for low, high in limits)
-    except (TypeError, ValueError):
-        raise BadInput(f"{wanted}; got {limits!r}.") from None
+        pairs = tuple((_limit(low), _limit(high)) for low, high in limits)
+    except (TypeError, ValueError, OverflowError):
+        raise BadInput(f"{wanted}; got {shown(limits)}.") from None
     if len(pairs) != joints:
         raise BadInput(f"{wanted}; got {len(pairs)}.")
-    for i, (low, high) in enumerate(pairs):
-        if not low <= high:
+    for i, ((low, high), slides) in enumerate(zip(pairs, prismatic or repeat(False), strict=False)):
+        if not low <= high or low == inf or high == -inf:
             raise BadInput(f"{wanted}; `limits`[{i}] is ({low}, {high}).")
+        beyond = max((abs(limit) for limit in (low, high) if isfinite(limit)), default=0.0)
+        if not slides and beyond > MOST_ANGLE:
+            raise BadInput(
+                f"`limits`[{i}] is ({low:g}, {high:g}) rad, more than a turn: degrees? Use numpy.radians; a joint "
+                "without a limit has (-inf, inf)."
+            )
     return pairs
+
+
+def _limit(value) -> float:
+    """One limit as a float, infinity included."""
+    if isinstance(value, (str, bool, np.bool_)):
+        raise TypeError(value)
+    return float(value)
+
+
+def exact(row: DHRow) -> DHRow:
+    """The row for SymPy: angles that are multiples of 15 deg exact, so that their cosines are 0, 1/2, ...
+
+    Entries may be numbers or expressions: `delta - 1.5707963` becomes `delta - pi/2`, a length 77.0 becomes 77.
+    """
+    return DHRow(exact_angle(row.theta), _length(row.d), _length(row.a), exact_angle(row.alpha), row.prismatic)
+
+
+def exact_angle(value):
+    """An angle as a SymPy expression, a constant in it that is a multiple of 15 deg exact."""
+    import sympy as sp
+
+    constant, rest = sp.sympify(value, strict=True).as_coeff_Add()
+    if constant.is_Float:
+        steps = round(float(constant / (sp.pi / 12)))
+        near = abs(float(constant - steps * sp.pi / 12)) < 1e-12
+        constant = steps * sp.pi / 12 if near else constant
+    return constant + rest
+
+
+def _length(value):
+    import sympy as sp
+
+    value = sp.sympify(value, strict=True)
+    return sp.Integer(int(value)) if value.is_Float and float(value).is_integer() else value
 
 
 def limit_violations(

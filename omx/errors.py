@@ -1,14 +1,39 @@
 """What can go wrong, by name. Every error holds its data; every message says what to do next."""
 
 import math
+import os
+import sys
+import traceback
 from typing import NamedTuple
+
+#: The folder of this package, whose lines teach a reader nothing.
+_HOME = os.path.dirname(os.path.realpath(__file__)) + os.sep
 
 
 class OmxError(Exception):
-    """The parent of every error that `omx` raises on purpose. Copies and pickles with its message and all its data."""
+    """The parent of every error that `omx` raises on purpose. Copies and pickles with its message and all its data.
+
+    `note` is what a notebook shows after every message.
+    """
+
+    note = ""
 
     def __reduce__(self):
         return _restored, (type(self), self.args, self.__dict__)
+
+    def _render_traceback_(self) -> list[str]:
+        """What a notebook shows: the reader's own lines and the sentence, nothing of ours between them."""
+        frames = traceback.extract_tb(self.__traceback__)
+        theirs = [
+            frame
+            for frame in frames
+            if not os.path.realpath(frame.filename).startswith((_HOME, sys.prefix, sys.base_prefix))
+        ]
+        return [f"line {frame.lineno}: {frame.line}" for frame in theirs] + _noted(f"{type(self).__name__}: {self}")
+
+
+def _noted(message: str) -> list[str]:
+    return [message, OmxError.note] if OmxError.note else [message]
 
 
 def _restored(kind: type, args: tuple, data: dict):
@@ -237,11 +262,31 @@ class NotIdentifiable(OmxError):
 
 
 class NotEqual(OmxError, AssertionError):
-    """Two expressions that should be the same are not; `residual` is what is left of their difference."""
+    """Two expressions that should be the same are not; `residual` is what is left of their difference.
+
+    `values` are numbers, by the symbols' names, at which the two sides have the values `sides`.
+    """
+
+    def __init__(self, name: str, residual, values=None, sides=()):
+        self.residual, self.values, self.sides = residual, dict(values or {}), tuple(sides)
+        at = ", ".join(f"{symbol} = {value:.6g}" for symbol, value in self.values.items())
+        told = f"; {f'with {at} ' if at else ''}the sides are {' and '.join(map(_plain, self.sides))}" if sides else ""
+        super().__init__(f"{name} is not 0; what remains is {residual}{told}")
+
+
+class NotDecided(OmxError, AssertionError):
+    """Two expressions may be the same: no proof was found, and no numbers at which they differ; see `residual`."""
 
     def __init__(self, name: str, residual):
         self.residual = residual
-        super().__init__(f"{name} is not 0; what remains is {residual}")
+        super().__init__(
+            f"{name}: not decided. The sides agree wherever they were compared, but {residual} remains. Is a float "
+            "such as 1.5707963 meant to be exact (write sympy.pi / 2), or a `relation` between symbols missing?"
+        )
+
+
+def _plain(number: complex) -> str:
+    return f"{number.real:.6g}" if abs(number.imag) <= 1e-12 * abs(number) else f"{number:.6g}"
 
 
 class Wrong(OmxError, AssertionError):
@@ -249,7 +294,7 @@ class Wrong(OmxError, AssertionError):
 
     def _render_traceback_(self) -> list[str]:
         """What a notebook shows: the message alone, since the traceback is ours and teaches nothing."""
-        return [f"Not yet. {self}"]
+        return _noted(f"Not yet. {self}")
 
 
 class ViewerMissing(OmxError):

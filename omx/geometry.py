@@ -1,11 +1,12 @@
 """The arm's lengths by name, and its chain. Chapter 03 derives and writes the DH table."""
 
 from functools import cached_property
-from math import isfinite
+from math import isclose, nan
 
-from .arm import LIMITS, MAKER_LENGTHS
+from .arm import COURSE_LENGTHS, LIMITS, MAKER_LENGTHS
+from .arrays import as_number, shown
 from .dh import Chain
-from .errors import BadInput
+from .errors import BadInput, OmxError
 from .generated import fk as _fk
 
 
@@ -20,7 +21,7 @@ class Geometry:
         if wrong:
             wanted = ", ".join(_fk.PARAMETERS)
             raise BadInput(f"geometry `{name}` must give {wanted}; wrong or missing: {', '.join(wrong)}.")
-        ordered = {key: _finite(key, lengths[key]) for key in _fk.PARAMETERS}
+        ordered = {key: as_number(lengths[key], key, f"a finite number in {_unit(key)}") for key in _fk.PARAMETERS}
         self.__dict__.update(ordered, name=name, values=tuple(ordered.values()), _lengths=ordered)
 
     def __setattr__(self, key, value):
@@ -30,7 +31,13 @@ class Geometry:
         raise AttributeError(f"a Geometry does not change; {key} stays.")
 
     def __repr__(self) -> str:
+        return self.__dict__.get("shown") or str(self)  # `geometry=omx.COURSE` in a signature, not five numbers
+
+    def __str__(self) -> str:
         return f"Geometry({self.name!r}, {', '.join(f'{key}={value:g}' for key, value in self._lengths.items())})"
+
+    def _repr_pretty_(self, printer, cycle) -> None:
+        printer.text(str(self))
 
     def __eq__(self, other) -> bool:
         return isinstance(other, Geometry) and self.values == other.values
@@ -48,18 +55,56 @@ class Geometry:
         return Chain(_fk.dh_rows(*self.values), limits=LIMITS, name="OpenMANIPULATOR-X")
 
 
-def _finite(key: str, value) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = float("nan")
-    if not isfinite(number):
-        raise BadInput(f"geometry: {key} must be a finite number (mm, or rad for an angle); got {value!r}.")
-    return number
+def as_geometry(value) -> Geometry:
+    """`value`, if it is a `Geometry`; `BadInput` otherwise."""
+    if isinstance(value, Geometry):
+        return value
+    raise BadInput(
+        "`geometry` must be a Geometry, such as omx.COURSE, omx.MAKER or omx.COURSE.replace(L4=150); got "
+        f"{shown(value)}. (Joint angles come before it: omx.solve_ik(pose, start), omx.fk(q).)"
+    )
+
+
+def as_arm(value) -> Geometry | Chain:
+    """`value`, if it is a `Geometry` or a `Chain`; `BadInput` otherwise."""
+    return value if isinstance(value, Chain) else as_geometry(value)
+
+
+def _unit(key: str) -> str:
+    return "rad" if key == "delta" else "mm"
 
 
 #: The lengths that the course's drawing gives, and that chapter 03 wrote.
 COURSE = Geometry("course", **_fk.PARAMETERS)
+COURSE.__dict__["shown"] = "omx.COURSE"
 
 #: The maker's lengths. A reader's own table may do without some of them: it must not stop `import omx`.
 MAKER = COURSE.replace("maker", **{key: value for key, value in MAKER_LENGTHS.items() if key in _fk.PARAMETERS})
+
+
+def _differences() -> str:
+    """What chapter 03 has been given instead of the course's lengths, in words; '' for the course's own."""
+    values = COURSE._lengths
+    return ", ".join(
+        f"{key} = {values[key]:g} instead of {course:.6g}" if key in values else f"no {key}"
+        for key, course in COURSE_LENGTHS.items()
+        if not isclose(values.get(key, nan), course, abs_tol=1e-9)
+    )
+
+
+#: What every error of ours ends with in a notebook whose arm is not the course's.
+OmxError.note = (
+    f"(Your arm is not the course's: {found}. The points and numbers of the text are made for the course's.)"
+    if (found := _differences())
+    else ""
+)
+
+
+def other_arm() -> bool:
+    """Has chapter 03 written another arm than the course's? Then say that what the text claims need not hold for it.
+
+    For claims: `assert x < 1 or omx.other_arm()`.
+    """
+    if OmxError.note:
+        print("This comparison is the course's arm's alone, and does not hold here.", OmxError.note)
+    return bool(OmxError.note)

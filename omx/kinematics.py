@@ -5,19 +5,31 @@ the last link above the horizontal, -(q2 + q3 + q4). Derived in chapters 03 to 0
 """
 
 import warnings
-from math import isfinite, pi, remainder, tau
+from math import nan, pi, remainder, tau
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from .arm import HOME, LIMITS
-from .arrays import as_rows, fill, in_blocks
+from .arrays import (
+    Four,
+    as_four,
+    as_four_or_rows,
+    as_rows,
+    fill,
+    in_blocks,
+    is_foreign,
+    namespace,
+    stacked,
+    wrap,
+)
 from .dh import as_limits, clipped, limit_violations
 from .errors import BadInput, JointLimit, Unreachable, Violation
 from .generated import fk as _fk
 from .generated import ik as _ik
 from .generated import jacobian as _jacobian
-from .geometry import COURSE, Geometry
+from .geometry import COURSE, Geometry, as_geometry
 
 #: cos(bend) may exceed 1 by this much before a pose counts as out of reach: rounding, below 1e-9 mm.
 REACH_SLACK = 1e-13
@@ -44,16 +56,28 @@ class Pose(NamedTuple):
     pitch: float
 
 
+class Branches(NamedTuple):
+    """The four branches of each of many poses, in the order of `BRANCHES`.
+
+    `q` (..., 4 branches, 4 joints) rad in (-pi, pi], NaN where out of reach; `reachable`, `legal` (..., 4 branches).
+    """
+
+    q: np.ndarray
+    reachable: np.ndarray
+    legal: np.ndarray
+
+
 #: Makes a Pose in half the time that calling `Pose(...)` takes.
 _new = tuple.__new__
 
 
-class IKSolution:
+class IKSolution(Four):
     """One branch of the inverse. It can stand wherever four joint angles can: `omx.fk(solution)`.
 
-    `q`: four angles (rad) in (-pi, pi], None where out of reach. `front`: the arm reaches forward, not over its
-    back. `elbow_up`: the elbow is above the line from shoulder to wrist. `missing` (mm): how far the wrist is
-    out of reach, 0 if `reachable`. `violations`: each joint that is outside its limits.
+    `q`: four angles (rad) in (-pi, pi], None where out of reach. `front`: the arm faces the target, and does not
+    reach over its back. `elbow_up`: the forearm bends down from the upper arm's own direction (bend > 0); the elbow
+    is above the line from shoulder to wrist if the wrist is in front of the shoulder, below it if behind. `missing`
+    (mm): how far the wrist is out of reach, 0 if `reachable`. `violations`: each joint that is outside its limits.
     """
 
     __slots__ = ("elbow_up", "front", "missing", "q", "reachable", "violations")
@@ -100,9 +124,13 @@ class IKSolution:
 
 def fk(q, geometry: Geometry = COURSE) -> np.ndarray:
     """T_base_tool, (..., 4, 4), mm, for joint angles `q`, (..., 4), rad. Raises `BadInput`."""
-    q = _four_or_rows(q, "q", JOINT_ANGLES)
+    q = as_four_or_rows(q, "q", JOINT_ANGLES)
+    if geometry.__class__ is not Geometry:
+        as_geometry(geometry)
     if type(q) is tuple:
         return np.array(_fk.transform(*(q + geometry.values)))
+    if is_foreign(q):
+        return _foreign(_fk.transform_batch, q, geometry)
     return _matrices(_fk.transform_batch, q, geometry, (4, 4))
 
 
@@ -111,16 +139,23 @@ def pose(q, geometry: Geometry = COURSE):
 
     x, y, z in mm, pitch in rad, in (-pi, pi]. Raises `BadInput`.
     """
-    q = _four_or_rows(q, "q", JOINT_ANGLES)
+    q = as_four_or_rows(q, "q", JOINT_ANGLES)
+    if geometry.__class__ is not Geometry:
+        as_geometry(geometry)
     if type(q) is not tuple:
-        return _pose_batch(q, geometry)
+        return _foreign(_fk.pose_batch, q, geometry) if is_foreign(q) else _pose_batch(q, geometry)
     x, y, z, pitch = _fk.pose(*(q + geometry.values))
     return _new(Pose, (x, y, z, pitch if pitch > -pi else pi))
 
 
 def frames(q, geometry: Geometry = COURSE) -> np.ndarray:
     """T_0_0 .. T_0_4, (..., 5, 4, 4), mm: the base frame, then the frame that moves with each joint."""
-    q = _four_or_rows(q, "q", JOINT_ANGLES)
+    q = as_four_or_rows(q, "q", JOINT_ANGLES)
+    if geometry.__class__ is not Geometry:
+        as_geometry(geometry)
+    if is_foreign(q):
+        base = tuple(tuple(float(i == j) for j in range(4)) for i in range(4))
+        return _foreign(lambda *columns: (base, *_fk.frames_batch(*columns)), q, geometry)
     if type(q) is not tuple:
         return geometry.chain.frames(q)
     out = np.empty((5, 4, 4))
@@ -131,36 +166,62 @@ def frames(q, geometry: Geometry = COURSE) -> np.ndarray:
 
 def jacobian(q, geometry: Geometry = COURSE) -> np.ndarray:
     """The geometric Jacobian, (..., 6, 4): linear rows first (mm/rad), then angular rows, base frame."""
-    q = _four_or_rows(q, "q", JOINT_ANGLES)
+    q = as_four_or_rows(q, "q", JOINT_ANGLES)
+    if geometry.__class__ is not Geometry:
+        as_geometry(geometry)
     if type(q) is tuple:
         return np.array(_jacobian.jacobian(*(q + geometry.values)))
+    if is_foreign(q):
+        return _foreign(_jacobian.jacobian_batch, q, geometry)
     return _matrices(_jacobian.jacobian_batch, q, geometry, (6, 4))
 
 
-def ik(pose, geometry: Geometry = COURSE, limits=LIMITS) -> tuple[IKSolution, IKSolution, IKSolution, IKSolution]:
+def ik(pose, geometry: Geometry = COURSE, limits=LIMITS):
     """All four branches for a task pose [x, y, z, pitch] (mm, rad): front/up, front/down, back/up, back/down.
 
-    Every branch gets a verdict: out of reach (and by how much), or each joint limit that it breaks. On the axis
-    of joint 1, where q1 is free, q1 is 0 in front and pi at the back; `solve_ik` chooses it. Raises `BadInput`.
+    One pose gives four `IKSolution`s, each with a verdict: out of reach (and by how much), or each joint limit that it
+    breaks. Many poses, (..., 4), give `Branches`: arrays, of the library that the poses come from. On the
+    axis of joint 1, where q1 is free, q1 is 0 in front and pi at the back; `solve_ik` chooses it. Raises `BadInput`.
+
+    Args:
+        pose: x, y, z in mm in the base frame, pitch in rad above the horizontal; (4,) or (..., 4).
+        geometry: the arm's lengths.
+        limits: one (low, high) in rad for each of the four joints, infinite where there is none.
     """
-    return _branches(_four(pose, "pose", TASK_POSE), geometry, _checked(limits))
+    target = as_four_or_rows(pose, "pose", TASK_POSE)
+    if geometry.__class__ is not Geometry:
+        as_geometry(geometry)
+    if limits is not LIMITS:
+        limits = as_limits(limits, 4)
+    if type(target) is tuple:
+        return _branches(target, geometry, limits)
+    return Branches(*_ik_foreign(target, geometry, limits)) if is_foreign(target) else _many(target, geometry, limits)
 
 
-def solve_ik(pose, near=HOME, geometry: Geometry = COURSE, limits=LIMITS) -> IKSolution:
-    """The legal solution whose joints have the least way to go from `near` (rad).
+def solve_ik(pose, start=HOME, geometry: Geometry = COURSE, limits=LIMITS) -> IKSolution:
+    """The legal solution whose joints have the least way to go from `start` (rad).
 
-    Raises `Unreachable` (how far, and the nearest reachable pose), `JointLimit` (the branch that comes closest
-    to its limits, and by how much each joint exceeds them), or `BadInput`. On the axis of joint 1, q1 is near's.
+    Raises `Unreachable` (how far, and the nearest reachable pose), `JointLimit` (the branch that comes closest to its
+    limits, and by how much each joint exceeds them), or `BadInput`. On the axis of joint 1, q1 is that of `start`.
+
+    Args:
+        pose: x, y, z in mm in the base frame, pitch in rad above the horizontal; (4,).
+        start: where the joints are now, (4,) rad.
+        geometry: the arm's lengths.
+        limits: one (low, high) in rad for each of the four joints, infinite where there is none.
     """
-    target = _four(pose, "pose", TASK_POSE)
-    near = _four(near, "near", JOINT_ANGLES)
-    limits = _checked(limits)
+    target = as_four(pose, "pose", TASK_POSE)
+    start = as_four(start, "start", JOINT_ANGLES)
+    if geometry.__class__ is not Geometry:
+        as_geometry(geometry)
+    if limits is not LIMITS:
+        limits = as_limits(limits, 4)
     solutions = _branches(target, geometry, limits)
     if max(abs(target[0]), abs(target[1])) <= ON_AXIS:
-        solutions = [_turned(s, near[0], limits) for s in solutions[:2]]  # the others are these, half a turn on
+        solutions = [_turned(s, start[0], limits) for s in solutions[:2]]  # the others are these, half a turn on
     legal = [s for s in solutions if s.legal]
     if legal:
-        return min(legal, key=lambda s: sum((a - b) ** 2 for a, b in zip(s.q, near, strict=True)))
+        return min(legal, key=lambda s: sum((a - b) ** 2 for a, b in zip(s.q, start, strict=True)))
     reachable = [s for s in solutions if s.reachable]
     if reachable:
         least = min(reachable, key=lambda s: max(v.excess for v in s.violations))
@@ -168,21 +229,27 @@ def solve_ik(pose, near=HOME, geometry: Geometry = COURSE, limits=LIMITS) -> IKS
     raise _unreachable(target, solutions, geometry)
 
 
-def ik_batch(poses, geometry: Geometry = COURSE, limits=LIMITS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """`ik` for many poses (N, 4): q (N, 4 branches, 4 joints), reachable (N, 4), legal (N, 4).
-
-    Angles are in (-pi, pi], and NaN where a branch is out of reach. Raises `BadInput`.
-    """
+def ik_batch(poses, geometry: Geometry = COURSE, limits=LIMITS) -> Branches:
+    """`ik` for a table of poses (N, 4): q (N, 4 branches, 4 joints), reachable (N, 4), legal (N, 4)."""
+    if is_foreign(poses):
+        return ik(poses, geometry, limits)
     poses = as_rows(poses, "poses", 4, TASK_POSE)
     if poses.ndim != 2:
         raise BadInput(f"`poses` must have shape (N, 4); got {poses.shape}. For one pose use `ik`.")
-    limits = _checked(limits)
-    q = np.empty((4, 4, len(poses)))  # columns, each written in one run
-    reachable = np.empty((4, len(poses)), dtype=bool)
-    legal = np.empty((4, len(poses)), dtype=bool)
-    for rows, columns in in_blocks(poses):
-        _ik_block(columns, geometry, limits, q[..., rows], reachable[:, rows], legal[:, rows])
-    return q.transpose(2, 0, 1), reachable.T, legal.T
+    return ik(poses, geometry, limits)
+
+
+def _many(poses, geometry, limits) -> Branches:
+    """The branches of poses (..., 4), computed on columns."""
+    _branches(HOME, geometry, limits)  # says so if these lengths have no inverse
+    rows = poses.reshape(-1, 4)
+    q = np.empty((4, 4, len(rows)))  # columns, each written in one run
+    reachable = np.empty((4, len(rows)), dtype=bool)
+    legal = np.empty((4, len(rows)), dtype=bool)
+    for piece, columns in in_blocks(rows):
+        _ik_block(columns, geometry, limits, q[..., piece], reachable[:, piece], legal[:, piece])
+    found = q.transpose(2, 0, 1), reachable.T, legal.T
+    return Branches(*(part.reshape(*poses.shape[:-1], *part.shape[1:]) for part in found))
 
 
 def _plain(x, y, z, pitch):
@@ -195,7 +262,10 @@ def _plain(x, y, z, pitch):
 
 def _branches(target, geometry, limits):
     pose = _plain(*target)
-    *angles, D_front, D_back = _ik.branches(*(pose + geometry.values))
+    try:
+        *angles, D_front, D_back = _ik.branches(*(pose + geometry.values))
+    except ZeroDivisionError:
+        raise BadInput(f"{geometry} has no inverse: a link of length 0 makes the formulas divide by 0.") from None
     missing = None
     solutions = []
     for q, (front, elbow_up) in zip(angles, BRANCHES, strict=True):
@@ -253,6 +323,30 @@ def _matrices(function, q: np.ndarray, geometry: Geometry, shape: tuple[int, int
     return out.reshape(*q.shape[:-1], *shape)
 
 
+def _foreign(function, q, geometry: Geometry):
+    """A generated batch function on an array (..., 4) of another library, which is what comes out."""
+    columns = [q[..., j] for j in range(4)]
+    return stacked(function(*columns, *geometry.values), columns[0])
+
+
+def _ik_foreign(poses, geometry: Geometry, limits):
+    """`ik_batch` for an array (..., 4) of another library: without blocks, and without a look at its values."""
+    xp = namespace(poses)
+    x, y, z, pitch = (poses[..., j] for j in range(4))
+    *angles, D_front, D_back = _ik.branches_batch(x + 0.0, y + 0.0, z, wrap(pitch), *geometry.values)
+    within = {front: xp.abs(D) <= 1.0 + REACH_SLACK for front, D in ((True, D_front), (False, D_back))}
+    q, legal = [], []
+    for (front, _), (q1, *rest) in zip(BRANCHES, angles, strict=True):
+        joints = (xp.where(q1 == -pi, pi, q1), *rest)
+        inside = within[front]
+        for angle, (low, high) in zip(joints, limits, strict=True):
+            inside = inside & (angle >= low - LIMIT_SLACK) & (angle <= high + LIMIT_SLACK)
+        q.append(tuple(xp.where(within[front], angle, nan) for angle in joints))
+        legal.append(inside)
+    reachable = tuple(within[front] for front, _ in BRANCHES)
+    return stacked(tuple(q), x), stacked(reachable, x), stacked(tuple(legal), x)
+
+
 def _ik_block(columns, geometry, limits, q, reachable, legal) -> None:
     """Fill q (4, 4, n), reachable and legal (4, n) for one block of poses, (4, n)."""
     x, y, z, pitch = columns
@@ -271,31 +365,6 @@ def _ik_block(columns, geometry, limits, q, reachable, legal) -> None:
             legal[b] &= angle <= high + LIMIT_SLACK
 
 
-def _checked(limits):
-    return limits if limits is LIMITS else as_limits(limits, 4)
-
-
-def _four_or_rows(value, name: str, wanted: str):
-    """A tuple of four plain floats, by the quick way; else a checked array (..., 4) with two axes or more."""
-    try:
-        a, b, c, d = value if type(value) is not np.ndarray or value.ndim != 1 else value.tolist()
-        total = a + b + c + d
-        if type(total) is float and isfinite(total):
-            return a, b, c, d
-    except (TypeError, ValueError):  # not four numbers: a batch, or a mistake that `as_rows` explains
-        pass
-    rows = as_rows(value, name, 4, wanted)
-    return tuple(rows.tolist()) if rows.ndim == 1 else rows
-
-
-def _four(value, name: str, wanted: str) -> tuple[float, float, float, float]:
-    """Four finite floats from a list, tuple or 1-D array; `BadInput` otherwise."""
-    four = _four_or_rows(value, name, wanted)
-    if type(four) is not tuple:
-        raise BadInput(f"`{name}` must be {wanted}, shape (4,); got shape {four.shape}.")
-    return four
-
-
 # ---- do the generated modules belong together? ----
 
 _STEP = 1e-6  # rad
@@ -308,7 +377,7 @@ def stale(fk=_fk, ik=_ik, jacobian=_jacobian) -> list[str]:
     for chapter, agrees, module in (("04", _inverse_agrees, ik), ("05", _jacobian_agrees, jacobian)):
         try:
             good = agrees(fk, module, values)
-        except TypeError:  # the table has other parameters
+        except Exception:  # the table has other parameters, or lengths that the formulas divide by
             good = False
         if not good:
             wrong.append(chapter)
@@ -341,3 +410,36 @@ def _jacobian_agrees(fk, jacobian, values) -> bool:
         if any(abs((a - b) / (2 * _STEP) - J[i][j]) > 1e-3 for i, (a, b) in enumerate(ends)):
             return False
     return True
+
+
+# ---- has a chapter written another arm since? ----
+
+
+def _on_disk() -> dict[str, bytes | None]:
+    """The generated modules as files: name -> bytes, None where one is gone."""
+    found = {}
+    for module in (_fk, _ik, _jacobian):
+        path = Path(module.__file__)
+        found[path.stem] = path.read_bytes() if path.exists() else None
+    return found
+
+
+_IMPORTED = _on_disk()
+_TOLD: dict[str, bytes | None] = {}
+
+
+def replaced() -> list[str]:
+    """The generated modules that are not on disk any more as this Python has imported them."""
+    return [name for name, text in _on_disk().items() if text != _IMPORTED[name]]
+
+
+def warn_if_replaced() -> None:
+    """Say that this notebook still has the old arm, once for each time that a chapter writes another one."""
+    names = replaced()
+    if names and _on_disk() != _TOLD:
+        _TOLD.update(_on_disk())
+        warnings.warn(
+            f"omx.generated.{' and '.join(names)} was written anew after this notebook had imported it, so you still "
+            "see the old arm here. Choose Kernel > Restart Kernel, then run the cells again.",
+            stacklevel=3,
+        )

@@ -1,17 +1,14 @@
 """What all tests share: generated modules go to a scratch folder, notebooks are compared as they are stored."""
 
-import json
 import os
 import shutil
 import tempfile
 
-import nbval.kernel
 import nbval.plugin
 import pytest
 
-from book.chapters.kernels import BlockingSocketKernelManager
-from book.chapters.normalise import clean_outputs
 from book.setup.paths import Stop
+from tests.helpers import chapter_runs
 from tests.helpers.hub import running_hub
 from tests.helpers.sites import built_site  # noqa: F401 - a fixture
 
@@ -34,9 +31,10 @@ def pytest_unconfigure(config):
 def pytest_collection_modifyitems(items):
     """Let nbval look at every cell, and give a kernel on a busy machine time to say what it printed.
 
-    The browser tests come last: Playwright keeps an event loop running, in which no other can be started.
+    The chapters come first: all others use their runs. The browser tests come last: Playwright keeps an event loop
+    running, in which no other can be started.
     """
-    items.sort(key=lambda item: "browser" in item.path.parts)
+    items.sort(key=lambda item: ("browser" in item.path.parts) - (item.path.suffix == ".ipynb"))
     for item in items:
         if isinstance(item, nbval.plugin.IPyNbCell):
             item.output_timeout = 30
@@ -44,36 +42,7 @@ def pytest_collection_modifyitems(items):
                 item.cell.execution_count = 0  # stored without outputs, so it must have none; nbval would skip it
 
 
-# ---- nbval: polite kernels, and the same eyes as the normaliser ----------------------------------------
-
-
-def stop_politely(kernel):
-    """Let the kernel run its exit handlers (arms let go of their ports) instead of killing it."""
-    kernel.km.shutdown_kernel(now=False)
-    kernel.kc.stop_channels()
-    del kernel.km
-
-
-def compare_as_stored(self, test, ref, skip_compare=None, compare=nbval.plugin.IPyNbCell.compare_outputs):
-    """Compare what the normaliser would store of a cell's outputs: no figures, widgets or scenes."""
-    as_json = json.loads(json.dumps(test))
-    outputs = [nbval.plugin.NotebookNode(joined(output)) for output in clean_outputs(as_json)]
-    return compare(self, outputs, ref, skip_compare)
-
-
-def joined(output):
-    """An output of the normaliser with its lists of lines joined, as nbformat reads them back."""
-    if "text" in output:
-        return {**output, "text": "".join(output["text"])}
-    if "data" in output:
-        data = {mime: "".join(value) if isinstance(value, list) else value for mime, value in output["data"].items()}
-        return {**output, "data": data}
-    return output
-
-
-nbval.kernel.KernelManager = BlockingSocketKernelManager
-nbval.kernel.RunningKernel.stop = stop_politely
-nbval.plugin.IPyNbCell.compare_outputs = compare_as_stored
+chapter_runs.install()
 
 
 # ---- the browser ---------------------------------------------------------------------------------------

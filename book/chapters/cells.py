@@ -3,7 +3,7 @@
 import re
 
 TAGS = {
-    *("exercise", "solution", "check"),
+    *("recall", "exercise", "broken", "solution", "check"),
     *("predict", "play", "on-the-arm", "self-test", "parameters"),
     *("hide-input", "hide-output", "remove-cell"),
     *("raises-exception", "nbval-ignore-output"),
@@ -40,6 +40,11 @@ def default_slide_type(cell):
 
 def is_code(cell):
     return cell["cell_type"] == "code"
+
+
+def is_note(cell):
+    """Is this a remark for the speaker, and no part of the text?"""
+    return cell["cell_type"] == "markdown" and slide_type(cell) == "notes"
 
 
 def prose(cell):

@@ -1,15 +1,18 @@
-"""Are the generated modules those that the notebooks write today? `python run.py generate [--check]`."""
+"""Are the generated modules those that the notebooks write today? `python run.py generate [--check, --ship]`.
+
+`--restore` needs none of this: see book/setup/restore.py.
+"""
 
 import difflib
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 from book.setup.paths import NOTEBOOKS
-from omx.derive.module import MARK
-from omx.derive.store import GENERATED
+from omx.derive.store import GENERATED, writer
 from omx.errors import OmxError
 
 FIX = "python run.py generate"
@@ -17,13 +20,7 @@ FIX = "python run.py generate"
 
 def sources() -> dict[Path, str]:
     """Each generated module and the name of the notebook that writes it, from its header."""
-    found = {}
-    for path in sorted(GENERATED.glob("*.py")):
-        for line in path.read_text(encoding="utf-8").splitlines():
-            if line.startswith(MARK):
-                found[path] = line[len(MARK) :].split(".ipynb")[0]
-                break
-    return found
+    return {path: notebook for path in sorted(GENERATED.glob("*.py")) if (notebook := writer(path))}
 
 
 def run_notebook(name: str, target: Path) -> None:
@@ -68,21 +65,24 @@ def difference(target: Path) -> str:
 
 
 def main(arguments: list[str]) -> int:
-    """Rewrite every generated module, or with --check only compare; the exit status."""
-    if arguments not in ([], ["--check"]):
-        print(f"usage: {FIX} [--check]", file=sys.stderr)
+    """Rewrite every generated module, with --check only compare, with --ship make them what is restored later."""
+    if arguments not in ([], ["--check"], ["--ship"]):
+        print(f"usage: {FIX} [--check, --ship, --restore]", file=sys.stderr)
         return 2
     try:
-        return _check() if arguments else _write()
+        return _check() if arguments == ["--check"] else _write(ship=bool(arguments))
     except OmxError as error:
         print(error, file=sys.stderr)
         return 1
 
 
-def _write() -> int:
+def _write(ship: bool) -> int:
     for name in chapters():
         print(f"running notebooks/{name}.ipynb", flush=True)
         run_notebook(name, GENERATED)
+    for path in (GENERATED / "shipped").glob("*.*") if ship else ():
+        if path.stem != "__init__":
+            shutil.copyfile(GENERATED / path.name, path)
     return 0
 
 

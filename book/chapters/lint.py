@@ -7,7 +7,7 @@ import re
 import sys
 from pathlib import Path
 
-from book.chapters import lint_code, normalise
+from book.chapters import lint_code, lint_numbers, normalise
 from book.chapters.cells import (
     SLIDE_TYPES,
     TAGS,
@@ -21,8 +21,8 @@ from book.chapters.cells import (
     tags,
     word_count,
 )
+from book.setup.names import FILE_NAME
 
-FILE_NAME = re.compile(r"\d\d-[a-z0-9]+(-[a-z0-9]+)*\.ipynb")
 WORDS_PER_LINE = 8
 LINES_PER_CELL = 15
 MAX_BYTES = 400_000
@@ -111,21 +111,58 @@ def plain_code(cells):
 
 
 def exercises(cells):
-    """An exercise, then its solution cells, then its check cells; and nothing else carries these tags."""
+    """An exercise, then its solution cells, then its check cells; an answer in words alone needs no check."""
     state = "check"
     for number, cell in enumerate(cells, 1):
         for tag in ("exercise", "solution", "check"):
             if tag in tags(cell):
-                allowed = {"exercise": ("check",), "solution": ("exercise", "solution"), "check": ("solution", "check")}
-                if state not in allowed[tag]:
+                if state not in MAY_FOLLOW[tag]:
                     yield number, f"is tagged {tag!r} after {state!r}; the order is exercise, solution, check"
                 if tag == "exercise" and "hint" not in source(cell).lower():
                     yield number, "is an exercise without a hint"
                 if tag == "exercise" and not re.match(r"### Exercise \d+\.\d+\b", source(cell)):
                     yield number, "is an exercise that does not begin with its heading, `### Exercise 7.1 · Its name`"
-                state = tag
-    if state != "check":
+                in_words = tag == "solution" and not is_code(cell) and state != "solution"
+                state = "written" if in_words else tag
+    if state not in ("check", "written"):
         yield 0, f"ends with {state!r}; the order is exercise, solution, check"
+
+
+#: Which of the last tagged cells a cell with this tag may follow; `written` is a solution in words.
+MAY_FOLLOW = {
+    "exercise": ("check", "written"),
+    "solution": ("exercise", "solution", "written"),
+    "check": ("solution", "written", "check"),
+}
+DIFFICULTY = re.compile(r"^\*Difficulty [1-5] of 5, about \d+ minutes\.\*$", re.M)
+
+
+def the_student_works(cells):
+    """Recall at the start; six exercises with their difficulty, two symbolic, one broken program, one in words."""
+    recalls = [cell for cell in cells if "recall" in tags(cell)]
+    if len(recalls) != 1 or source(recalls[0]).count("<summary>Answer</summary>") != 3:
+        yield 0, "wants one cell tagged 'recall' with three questions, each with its answer in a <details>"
+    asked = [number for number, cell in enumerate(cells, 1) if "exercise" in tags(cell)]
+    if len(asked) < 6:
+        yield 0, f"has {len(asked)} exercises; 6 are wanted"
+    for number in asked:
+        if not DIFFICULTY.search(source(cells[number - 1])):
+            yield number, "is an exercise without a line `*Difficulty 2 of 5, about 10 minutes.*`"
+    symbolic = [cell for cell in cells if "check" in tags(cell) and SYMBOLIC.search(source(cell))]
+    if len(symbolic) < 2:
+        yield 0, f"has {len(symbolic)} exercises judged by check.expression or prove_equal; 2 are wanted"
+    if not any("broken" in tags(cell) for cell in cells):
+        yield 0, "has no program that is broken on purpose: a code cell tagged 'broken' below its exercise"
+    written = [cell for cell in cells if "solution" in tags(cell) and not is_code(cell)]
+    if not any("**Model answer.**" in source(cell) and "**Rubric.**" in source(cell) for cell in written):
+        yield 0, "has no exercise in words: a Markdown solution with a **Model answer.** and a **Rubric.**"
+
+
+SYMBOLIC = re.compile(r"\bcheck\.expression\(|\bprove_equal\(")
+
+
+def numbers_are_backed(cells):
+    yield from lint_numbers.problems(cells)
 
 
 def used_tags(cells):
@@ -163,7 +200,15 @@ def stored_outputs(cells):
                 yield number, "stores an output with an address, a colour code or an absolute path"
 
 
+def filled(cells):
+    """What `python run.py new-chapter` leaves to the author stands in «...»."""
+    for number, cell in enumerate(cells, 1):
+        for words in re.findall(r"«[^»]*»", source(cell)):
+            yield number, f"still says {words}: write it"
+
+
 RULES = (
+    filled,
     one_title,
     one_hook,
     three_objectives,
@@ -178,8 +223,11 @@ RULES = (
     used_tags,
     stored_outputs,
 )
-START = "00"  # the first chapter shows around; it has neither exercises nor a question to predict
-NOT_FOR_START = (closing_sections, used_tags)
+START = "00"  # the first chapter shows around; it has no chapters before it and no derivation
+NOT_FOR_START = (closing_sections, used_tags, the_student_works)
+#: Rules for the chapters that were brought up to them; the others follow one by one.
+NEW_RULES = (the_student_works, numbers_are_backed)
+BROUGHT_UP = ("00", "01", "02", "03", "04", "05", "06", "07", "08", "09", "10", "11", "12", "13", "14")
 
 
 def problems(path):
@@ -193,15 +241,21 @@ def problems(path):
         found.append((0, f"is larger than {MAX_BYTES} bytes; are there pictures in it?"))
     if normalise.dumps(normalise.normalise(notebook)) != path.read_text(encoding="utf-8"):
         found.append((0, "is not in stored form; run python -m book.chapters.normalise"))
-    for rule in RULES:
+    rules = RULES + NEW_RULES if path.name.startswith(BROUGHT_UP) else RULES
+    for rule in rules:
         if not (path.name.startswith(START) and rule in NOT_FOR_START):
             found += rule(cells)
     found += pictures_and_links(cells, path.parent)
     return [f"{path.name}{f', cell {number}' if number else ''}: {what}" for number, what in found]
 
 
+def chapters(argv):
+    """The chapters that are named; all notebooks, oddly named ones too, when none is."""
+    return normalise.chapters(argv) if argv else sorted(normalise.NOTEBOOKS.glob("*.ipynb"))
+
+
 def main(argv=None):
-    found = [problem for path in normalise.chapters(argv or []) for problem in problems(path)]
+    found = [problem for path in chapters(argv) for problem in problems(path)]
     print("\n".join(found) or "The chapters keep the conventions.")
     return 1 if found else 0
 

@@ -17,7 +17,9 @@ import sys
 from pathlib import Path
 
 from book.chapters.cells import default_slide_type, slide_type, text_of
-from book.setup.paths import NOTEBOOKS
+from book.setup import names
+from book.setup.paths import NOTEBOOKS as NOTEBOOKS  # the tools that read chapters take it from here
+from book.setup.paths import Stop
 
 KERNELSPEC = {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"}
 LANGUAGE = {
@@ -28,7 +30,7 @@ LANGUAGE = {
 }
 CELL_METADATA = ("mystnb", "slideshow", "tags")
 PICTURE_TYPES = ("image/", "video/", "application/vnd.jupyter.widget", "application/javascript")
-PICTURE_HTML = ("<script", "<iframe", "<img", "<canvas", "<video", "<svg")
+PICTURE_HTML = ("<script", "<iframe", "<img", "<canvas", "<video", "<svg", 'class="omx-')
 
 
 def lines_of(text):
@@ -70,14 +72,18 @@ def clean_data(data):
 
 def clean_outputs(outputs):
     """What of a cell's outputs is stored: no pictures, neighbouring pieces of one stream joined."""
+    kept = join_streams([clean_output(output) for output in outputs if not is_picture(output)])
+    return [{**output, "text": lines_of(output["text"])} if "text" in output else output for output in kept]
+
+
+def join_streams(outputs):
+    """The outputs with neighbouring pieces of one stream joined into one string: where they were cut is chance."""
     kept = []
     for output in outputs:
-        if is_picture(output):
-            continue
-        output = clean_output(output)
-        same_stream = kept and "name" in output and kept[-1].get("name") == output["name"]
-        if same_stream:
-            kept[-1]["text"] = lines_of(text_of(kept[-1]["text"]) + text_of(output["text"]))
+        if "name" in output:
+            output = {**output, "text": text_of(output["text"])}
+        if kept and "name" in output and kept[-1].get("name") == output["name"]:
+            kept[-1]["text"] += output["text"]
         else:
             kept.append(output)
     return kept
@@ -97,6 +103,8 @@ def clean_cell(cell, count):
     if slide_type(cell) == default_slide_type(cell):
         cleaned["metadata"].pop("slideshow", None)
     if kind == "code":
+        if "hide-input" in cleaned["metadata"].get("tags", ()):  # the site folds by the tag, JupyterLab by this
+            cleaned["metadata"]["jupyter"] = {"source_hidden": True}
         cleaned["outputs"] = clean_outputs(cell.get("outputs", []))
         cleaned["execution_count"] = count if cleaned["outputs"] else None
         for output in cleaned["outputs"]:
@@ -155,8 +163,11 @@ def write(path, notebook):
 
 
 def chapters(arguments):
-    """The notebook paths that a command line names; all chapters when it names none."""
-    return [Path(name) for name in arguments] or sorted(NOTEBOOKS.glob("*.ipynb"))
+    """The notebook paths that a command line names, each as `names.chapter` has it; all when it names none."""
+    try:
+        return [names.chapter(name) for name in arguments] or names.chapters()
+    except Stop as stop:
+        sys.exit(f"run.py: {stop}")
 
 
 def main(argv=None):

@@ -12,6 +12,7 @@ import hashlib
 import io
 import json
 import os
+import shutil
 import time
 from pathlib import Path
 
@@ -43,16 +44,32 @@ def run_all(paths=None, folder=FOLDER):
 def run(path, package, folder):
     """Run one chapter and keep it; a line that says how long it took."""
     start = time.perf_counter()
-    generated = folder / "generated" / path.stem
-    generated.mkdir(parents=True, exist_ok=True)
-    variables = {**os.environ, "OMX_VIEW": "shared", "OMX_GENERATED": str(generated)}
-    notebook = execute.run(path, env=variables)
-    for output in [output for cell in notebook.cells for output in cell.get("outputs", [])]:
-        if "image/png" in output.get("data", {}):
-            output["data"]["image/png"] = slim(output["data"]["image/png"])
-    notebook.metadata["omx_key"] = key(path, package)
-    kept(path, folder).write_text(json.dumps(notebook, indent=1), encoding="utf-8")
+    keep(path, execute.run(path, env={**os.environ, **variables(path, folder)}), package, folder)
     return f"{path.name} ran in {time.perf_counter() - start:.1f} s"
+
+
+def variables(path, folder=FOLDER):
+    """What a chapter's kernel finds in its environment: scenes as HTML, an empty folder for what it generates."""
+    shutil.rmtree(generated(path, folder), ignore_errors=True)
+    generated(path, folder).mkdir(parents=True)
+    return {"OMX_VIEW": "shared", "OMX_GENERATED": str(generated(path, folder)), "PYTHONHASHSEED": "0"}
+
+
+def generated(path, folder=FOLDER):
+    """Where the kept run of a chapter has written its modules."""
+    return folder / "generated" / path.stem
+
+
+def keep(path, notebook, package=None, folder=FOLDER):
+    """Store a run (a NotebookNode with outputs): streams joined, pictures made small."""
+    for cell in notebook.cells:
+        if cell.cell_type == "code":
+            cell.outputs = normalise.join_streams(cell.outputs)
+            for output in cell.outputs:
+                if "image/png" in output.get("data", {}):
+                    output["data"]["image/png"] = slim(output["data"]["image/png"])
+    notebook.metadata["omx_key"] = key(path, package or fingerprint_of_package())
+    kept(path, folder).write_text(json.dumps(notebook, indent=1), encoding="utf-8")
 
 
 def slim(png):

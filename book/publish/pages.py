@@ -3,6 +3,7 @@
 import copy
 
 from book.chapters import normalise
+from book.chapters.cells import is_note
 
 #: What a reader sees on the fold of a cell with this tag.
 FOLDED = {"solution": "Show a solution", "check": "Show the check"}
@@ -20,11 +21,6 @@ def page(notebook, name, slides=True):
     cells = [prepared(cell) for cell in notebook["cells"] if not is_note(cell)]
     notebook["cells"] = [cells[0], markdown(links(name, slides)), *cells[1:]]
     return notebook
-
-
-def is_note(cell):
-    """Is this a remark for the speaker, and no part of the text?"""
-    return cell["cell_type"] == "markdown" and cell["metadata"].get("slideshow", {}).get("slide_type") == "notes"
 
 
 def prepared(cell):

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import sysconfig
 
+from book.setup.installers import installer_environment
 from book.setup.paths import ENVIRONMENT, ROOT, WINDOWS, Stop, child_environment
 
 
@@ -54,7 +55,7 @@ def make(folder, there, wanted):
 
 
 def call(command):
-    done = subprocess.run(command, env=child_environment(), capture_output=True, text=True, check=False)
+    done = subprocess.run(command, env=installer_environment(command), capture_output=True, text=True, check=False)
     if done.returncode:
         last = (done.stderr or done.stdout).strip().splitlines() or ["it said nothing"]
         raise Stop(f"Making an environment failed ({last[-1][:200]}); check the network and try again.")

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 
+from book.setup import settings
 from book.setup.paths import PYTHON, ROOT, VENV, WINDOWS, Stop, child_environment
 
 LOG = VENV / "set-up.log"
@@ -60,7 +61,7 @@ def call(command, lock):
     process = subprocess.Popen(
         command,
         cwd=ROOT,
-        env=child_environment(),
+        env=installer_environment(command),
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
@@ -81,6 +82,16 @@ def call(command, lock):
         keep(command, output)
     if status:
         raise Failed(output)
+
+
+def installer_environment(command):
+    """The variables for uv or pip: of the user's settings the index, the proxy and the certificate, no others."""
+    ours = child_environment()
+    if command[1:3] != ["-m", "pip"]:
+        return {**ours, **settings.for_uv()}
+    listing = [PYTHON, "-m", "pip", "config", "list"]  # in the variables that the user gave, to find the user's files
+    listed = subprocess.run(listing, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+    return {**ours, **settings.for_pip(listed.stdout)}
 
 
 def keep(command, output):

@@ -9,7 +9,7 @@ import subprocess
 import sys
 from typing import NamedTuple
 
-from book.setup.paths import NOTEBOOKS, PYTHON, ROOT, WINDOWS, Stop, child_environment, is_ready
+from book.setup.paths import PYTHON, ROOT, WINDOWS, Stop, child_environment, is_ready
 
 
 class Command(NamedTuple):
@@ -22,10 +22,15 @@ class Command(NamedTuple):
 
 
 COMMANDS = (
-    Command("lab", "notebooks", (), "open JupyterLab: lab [chapter] [JupyterLab's own options]"),
+    Command("lab", "notebooks", ("-m book.reader.lab",), "open the book: lab [chapter] [JupyterLab's own options]"),
+    Command("update", "notebooks", ("-m book.reader.folder update",), "bring in a new edition and keep all answers"),
+    Command("reset", "notebooks", ("-m book.reader.folder reset",), "a chapter as it was; yours is kept: reset 03"),
+    Command("solution", "notebooks", ("-m book.reader.solutions",), "show the solution of an exercise: solution 3.1"),
+    Command("handin", "notebooks", ("-m book.reader.handin",), "a chapter and its results as one HTML file: handin 03"),
     Command("test", "tests", ("-m pytest",), "run every test: test [pytest's own options]"),
-    Command("check", "notebooks", ("-m ruff check .", "-m book.chapters.lint"), "lint code and chapters [chapter]"),
-    Command("generate", "notebooks", ("-m book.chapters.generate",), "write omx/generated anew [--check]"),
+    Command("check", "notebooks", ("-m book.chapters.check",), "lint code and chapters: check [chapter]"),
+    Command("new-chapter", "notebooks", ("-m book.chapters.new",), "begin a chapter: new-chapter TOPIC"),
+    Command("generate", "notebooks", ("-m book.chapters.generate",), "write omx/generated anew [--check, --restore]"),
     Command("execute", "notebooks", ("-m book.chapters.execute",), "run notebooks again and store their outputs"),
     Command("student", "notebooks", ("-m book.chapters.student",), "write the copies without solutions"),
     Command("book", "book/publish/site.py", ("-m book.publish.site",), "build the site in build/site [--serve]"),
@@ -33,16 +38,18 @@ COMMANDS = (
     Command("lite", "book/publish/lite.py", ("-m book.publish.lite",), "the book for a browser alone: build/lite"),
     Command("bench", "tests/bench", ("-m tests.bench",), "measure the kinematics against other code [--report]"),
     Command("doctor", "omx/hardware/doctor", ("-m omx.hardware.doctor",), "find out why the arm does not answer"),
+    Command("repair", "environment.txt", (), "look whether all packages are whole, and mend them"),
     Command("lock", "environment.txt", (), "rewrite the lower part of environment.txt [--newest]"),
 )
 
 
 def main(argv):
     """Run one command line; the exit status."""
+    open_streams()
     commands = {command.name: command for command in COMMANDS if (ROOT / command.needs).exists()}
     if not argv or argv[0] in ("-h", "--help", "help"):
         print("usage: python run.py COMMAND [...]\n")
-        print("\n".join(f"  {command.name:<9}{command.help}" for command in commands.values()))
+        print("\n".join(f"  {command.name:<13}{command.help}" for command in commands.values()))
         return 0
     try:
         if argv[0] not in commands:
@@ -56,60 +63,52 @@ def main(argv):
         return 130
 
 
+def open_streams():
+    """Give closed standard streams a place to go, and let odd letters in a path pass on any terminal."""
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest free number, which is this one
+    for name in ("stdin", "stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "r" if name == "stdin" else "w", encoding="utf-8"))  # noqa: SIM115
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+
+
 def run(command, arguments):
     """Set up if need be, then hand over to the command's tools."""
     if command.name == "lock":  # works on an environment.txt that cannot be installed, too
         from book.setup import lock
 
         return lock.main(arguments)
-    if not is_ready():
+    if command.name == "generate" and "--restore" in arguments:  # the same for what a chapter has broken
+        from book.setup import restore
+
+        return restore.main()
+    if command.name == "update" and "--carry-over" not in arguments:
+        from book.setup import update
+
+        update.pull()
+        return update.go_on(arguments)  # with the code that has just come
+    if command.name == "repair" or not is_ready():
         from book.setup import set_up
 
-        set_up.set_up()
-    if command.name == "lab":
-        return hand_over(lab_arguments(arguments))
+        set_up.set_up(repair=command.name == "repair")
+    if command.name == "repair":
+        return 0
+    if command.name == "doctor":
+        from book.setup import set_up
+
+        set_up.must_import("numpy", "serial", "dynamixel_sdk")
+    arguments = [os.path.abspath(word) if os.path.isfile(word) else word for word in arguments]  # tools start in ROOT
     *first, last = (call.split() for call in command.calls)
     for call in first:
         if status := wait_for(call):
             return status
     return hand_over([*last, *arguments])
-
-
-def lab_arguments(arguments):
-    """JupyterLab's command line: the chapter that was asked for, on the loopback address only."""
-    name = ""  # the first
-    if arguments and not arguments[0].startswith("-"):
-        name, *arguments = arguments
-    options = [
-        "--ServerApp.ip=127.0.0.1",
-        f"--ServerApp.root_dir={ROOT}",
-        "--LabApp.extension_manager=readonly",  # the other one asks the internet
-    ]
-    if sys.platform == "linux" and len(runtime_folder()) <= 50:  # a socket's path holds 108 bytes
-        options.append("--KernelManager.transport=ipc")  # kernels' TCP ports collide now and then
-    if not WINDOWS and os.geteuid() == 0:
-        options.append("--allow-root")  # in a container; JupyterLab refuses root otherwise
-    given = {argument.split("=")[0] for argument in arguments}  # JupyterLab takes each option once
-    ours = [option for option in options if option.split("=")[0] not in given]
-    return ["-m", "jupyterlab", *ours, *arguments, str(find_chapter(name))]
-
-
-def runtime_folder():
-    """Where Jupyter keeps its sockets on Linux."""
-    share = os.environ.get("XDG_DATA_HOME") or os.path.expanduser("~/.local/share")
-    data = os.environ.get("JUPYTER_DATA_DIR") or os.path.join(share, "jupyter")
-    return os.environ.get("JUPYTER_RUNTIME_DIR") or os.path.join(data, "runtime")
-
-
-def find_chapter(name):
-    """The notebook of a path, a file name or its beginning: `03`, `03-forward-kinematics`, ..."""
-    if os.path.isfile(name):
-        return os.path.abspath(name)
-    chapters = sorted(NOTEBOOKS.glob("*.ipynb"))
-    found = [chapter for chapter in chapters if chapter.name.startswith(os.path.basename(name))]
-    if not found:
-        raise Stop(f"There is no chapter {name!r}; the chapters are {', '.join(c.stem for c in chapters)}.")
-    return found[0]
 
 
 def hand_over(arguments):

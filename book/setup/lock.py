@@ -11,8 +11,8 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from book.setup.installers import ask
-from book.setup.paths import ENVIRONMENT, PYTHON, Stop, child_environment
+from book.setup.installers import ask, installer_environment
+from book.setup.paths import ENVIRONMENT, PYTHON, Stop, package_of
 
 MARK = "# ---- "
 OLDEST_PYTHON = "3.11"
@@ -52,7 +52,9 @@ def resolve(wanted, known, newest):
         target.write_text("\n".join(known) + "\n", encoding="utf-8")  # uv keeps the versions it finds here
         options = ["--universal", "--python-version", OLDEST_PYTHON, "--no-annotate", "--no-header", "--quiet"]
         command = [*uv(), "pip", "compile", source, "--output-file", target, *options]
-        if subprocess.call([*command, "--upgrade"] if newest else command, env=child_environment()):
+        if newest:
+            command.append("--upgrade")
+        if subprocess.call(command, env=installer_environment(command)):
             raise Stop("The versions cannot be resolved (see above); environment.txt is as it was.")
         return [line for line in target.read_text(encoding="utf-8").splitlines() if package_of(line)]
 
@@ -66,12 +68,6 @@ def uv():
 
         set_up.set_up()
     return [PYTHON, "-m", "uv"]
-
-
-def package_of(line):
-    """The normalised name of the package that a requirement line asks for, '' for other lines."""
-    found = re.match(r"[A-Za-z0-9][A-Za-z0-9._-]*", line)
-    return re.sub(r"[._-]+", "-", found.group()).lower() if found else ""
 
 
 def unpin(line):

@@ -1,13 +1,18 @@
 """Where the book's environment is, and whether it is ready. Standard library only, imported at every start."""
 
+import contextlib
 import hashlib
 import os
+import re
 import sys
 from pathlib import Path
+
+from book.setup.settings import is_foreign
 
 ROOT = Path(__file__).resolve().parents[2]
 NOTEBOOKS = ROOT / "notebooks"
 BUILD = ROOT / "build"
+WORK = ROOT / "work"  # the reader's own: copies of the chapters, with their answers
 ENVIRONMENT = ROOT / "environment.txt"
 VENV = ROOT / ".venv"
 STAMP = VENV / "set-up-complete"
@@ -15,8 +20,12 @@ WINDOWS = sys.platform == "win32"
 PYTHON = VENV / "Scripts" / "python.exe" if WINDOWS else VENV / "bin" / "python"
 
 # Without bytecode every kernel start compiles all packages anew (10 s instead of 3 s); a PYTHONPATH (ROS
-# sets one) puts packages of another Python in front of the pinned ones.
-UNWANTED_VARIABLES = ("PYTHONDONTWRITEBYTECODE", "PYTHONPATH", "PYTHONHOME")
+# sets one) puts packages of another Python in front of the pinned ones; without the current folder no tool of the
+# book is found, without docstrings JupyterLab does not start, and an old kernel at home must not pass for ours.
+UNWANTED_VARIABLES = (
+    *("PYTHONDONTWRITEBYTECODE", "PYTHONPATH", "PYTHONHOME", "PYTHONSAFEPATH", "PYTHONOPTIMIZE"),
+    "JUPYTER_PREFER_ENV_PATH",
+)
 
 
 class Stop(Exception):
@@ -29,15 +38,51 @@ def fingerprint():
     return hashlib.sha256(made_from).hexdigest()
 
 
-def is_ready():
-    """Is there a Python in .venv, and was set-up completed for today's environment.txt?"""
+def package_of(line):
+    """The normalised name of the package that a requirement line asks for, '' for other lines."""
+    found = re.match(r"[A-Za-z0-9][A-Za-z0-9._-]*", line)
+    return re.sub(r"[._-]+", "-", found.group()).lower() if found else ""
+
+
+def installed():
+    """The folders `NAME-VERSION.dist-info` in .venv that belong to packages which environment.txt pins."""
+    pinned = {package_of(line) for line in ENVIRONMENT.read_text(encoding="utf-8").splitlines()} - {""}
+    folders = VENV.glob("Lib/site-packages/*.dist-info" if WINDOWS else "lib/python3*/site-packages/*.dist-info")
+    return sorted(path.name for path in folders if package_of(path.name.split("-")[0]) in pinned)
+
+
+def missing():
+    """What set-up installed and is not there as it was: its dist-info folders; None without a complete set-up."""
     try:
-        return PYTHON.exists() and STAMP.read_text() == fingerprint()
-    except OSError:
-        return False
+        first, *wanted = STAMP.read_text(encoding="utf-8").splitlines()
+        if first == fingerprint() and PYTHON.exists():
+            return sorted(set(wanted) - set(installed()))
+    except (OSError, ValueError):
+        pass
+    return None
+
+
+def is_ready():
+    """Was set-up completed for today's environment.txt, and is all that it installed still there?"""
+    return missing() == []
 
 
 def child_environment():
-    """The variables for everything that is started: this book's packages and no others."""
-    kept = {name: value for name, value in os.environ.items() if name not in UNWANTED_VARIABLES}
-    return {**kept, "VIRTUAL_ENV": str(VENV)}
+    """The variables for everything that is started: this book's packages and no others, and a home to write to."""
+    kept = {name: value for name, value in os.environ.items() if not (name in UNWANTED_VARIABLES or is_foreign(name))}
+    home = {} if WINDOWS or has_home() else {"HOME": str(own_home())}
+    return {**kept, **home, "VIRTUAL_ENV": str(VENV)}
+
+
+def has_home():
+    """Is there a home folder that can be written? Jupyter and the installers keep their settings in it."""
+    home = os.path.expanduser("~")
+    return os.path.isdir(home) and os.access(home, os.W_OK)
+
+
+def own_home():
+    """A home folder in .venv, for who has none."""
+    home = VENV / "home"
+    with contextlib.suppress(OSError):  # set-up says what cannot be written
+        home.mkdir(parents=True, exist_ok=True)
+    return home

@@ -15,7 +15,19 @@ import time
 from pathlib import Path
 
 from book.setup.installers import Failed, ask, call, explain
-from book.setup.paths import ENVIRONMENT, PYTHON, ROOT, STAMP, VENV, WINDOWS, Stop, fingerprint, is_ready
+from book.setup.paths import (
+    ENVIRONMENT,
+    PYTHON,
+    ROOT,
+    STAMP,
+    VENV,
+    WINDOWS,
+    Stop,
+    fingerprint,
+    installed,
+    is_ready,
+    missing,
+)
 
 STARTS = "import sys; sys.exit(sys.prefix == sys.base_prefix or sys.version_info < (3, 11))"
 SITE_PACKAGES = "import sysconfig; print(sysconfig.get_path('purelib'))"
@@ -30,22 +42,28 @@ for package in importlib.metadata.distributions():
 """
 
 
-def set_up():
-    """Make or repair .venv, one process at a time. Raises `Stop` with the one sentence to show."""
+def set_up(repair=False):
+    """Make or complete .venv, one process at a time; `repair` looks at it even where it is called complete.
+
+    Raises `Stop` with the one sentence to show.
+    """
+    if unfit := unfit_path(str(ROOT)):
+        raise Stop(f"The book's folder, {str(ROOT)!a}, {unfit}: give the folder another name or place.")
     try:
         with one_at_a_time() as lock:
             if VENV.is_file() or (VENV.is_symlink() and not VENV.exists()):
                 VENV.unlink()
-            if not is_ready():
+            if repair or not is_ready():
+                why = reason(repair)
                 STAMP.unlink(missing_ok=True)
-                build(lock)
+                build(lock, why)
     except OSError as error:
         raise Stop(explain(error)) from error
 
 
-def build(lock):
-    """Complete the .venv that is there, or make it from nothing, and stamp it."""
-    if not (ask("-c", STARTS)[0] and completed(lock)):
+def build(lock, why):
+    """Complete the .venv that is there, or make it from nothing, and stamp it; `why` is told in the first case."""
+    if not (ask("-c", STARTS)[0] and completed(lock, why)):
         say(f"Setting up the book in .venv with Python {sys.version_info[0]}.{sys.version_info[1]}, once ...")
         make_venv()
         install(lock)
@@ -54,14 +72,35 @@ def build(lock):
     link_package()
     quieten_lab()
     partial = STAMP.with_suffix(".part")
-    partial.write_text(fingerprint())
+    partial.write_text("\n".join([fingerprint(), *installed()]), encoding="utf-8")
     os.replace(partial, STAMP)
     say("Set-up complete.")
 
 
-def completed(lock):
+def reason(repair):
+    """Why a .venv that is there is looked at."""
+    if gone := missing():
+        packages = ", ".join(name.removesuffix(".dist-info").replace("-", " ") for name in gone)
+        return f"Completing .venv: {packages} is missing, or was replaced by another version."
+    if repair:
+        return "Looking at .venv: whatever is missing or not whole is put in its place."
+    return "Completing .venv: environment.txt has changed, or an earlier set-up was cut short."
+
+
+def unfit_path(path):
+    """Why no environment can be made at this path, or ''."""
+    if os.pathsep in path:
+        return f"has a `{os.pathsep}` in its path, which divides the entries of PATH"
+    try:
+        path.encode("utf-8")
+    except UnicodeEncodeError:
+        return "has bytes in its path that are no UTF-8"
+    return "has a name of two lines" if "\n" in path or "\r" in path else ""
+
+
+def completed(lock, why):
     """Install what the .venv that is there still lacks; False when it must be made from nothing."""
-    say("Completing .venv: environment.txt has changed, or an earlier set-up was cut short.")
+    say(why)
     try:
         install(lock)
     except Failed as failed:
@@ -137,6 +176,13 @@ def incomplete_packages():
     """The packages whose files are not all there (an installer was killed), as a list in words, or ''."""
     worked, names = ask("-c", INCOMPLETE)
     return ", ".join(names.split()) if worked else "they cannot be listed"
+
+
+def must_import(*modules):
+    """Raise `Stop` where .venv's Python cannot import one of these."""
+    for module in modules:
+        if not ask("-c", f"import {module}")[0]:
+            raise Stop(f"{module} is in .venv and cannot be imported; `python run.py repair` mends it.")
 
 
 def link_package():

@@ -4,18 +4,20 @@ Errors are small, so the tip moves by Jacobian times error; `spread` checks that
 are the arm's lengths (mm), delta (rad), and an offset (rad) of each joint's zero: o1 .. o4.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import degrees, pi, sqrt
 
 import numpy as np
 
 from ..arm import TICKS_PER_TURN
-from ..arrays import as_rows
+from ..arrays import as_count, as_four, as_number, as_rows, shown
 from ..errors import BadInput, NotIdentifiable
-from ..generated.fk import PARAMETERS
-from ..geometry import COURSE, Geometry
+from ..generated import fk as _fk
+from ..geometry import COURSE, Geometry, as_geometry
 from ..kinematics import jacobian, pose
+
+PARAMETERS = _fk.PARAMETERS
 
 #: One tick of the servo's encoder (rad): 0.088 deg.
 TICK = 2 * pi / TICKS_PER_TURN
@@ -24,6 +26,9 @@ TICK = 2 * pi / TICKS_PER_TURN
 TICK_SIGMA = TICK / sqrt(12)
 
 OFFSETS = ("o1", "o2", "o3", "o4")
+
+#: Every parameter that can be in error, and the most samples of one `spread`.
+KNOWN, MOST_SAMPLES = (*PARAMETERS, *OFFSETS), 10_000_000
 
 #: What `calibrate` fits. Not delta: it enters only as o2 + delta, o3 - delta, so offsets already say it all.
 FITTED = (*(name for name in PARAMETERS if name != "delta"), *OFFSETS)
@@ -48,11 +53,14 @@ class Calibration:
 
     def value(self, name: str) -> float:
         """The fitted value of one parameter: L1 .. L4 in mm, o1 .. o4 in rad."""
+        if name not in KNOWN:
+            raise BadInput(f"unknown parameter `{name}`; known are {', '.join(KNOWN)}.")
         return self.offsets[OFFSETS.index(name)] if name in OFFSETS else getattr(self.geometry, name)
 
     def pose(self, q) -> np.ndarray:
         """The tool's pose at joint readings `q` (..., 4) rad, corrected: x, y, z (mm), pitch (rad)."""
-        return np.asarray(pose(np.asarray(q, dtype=float) + self.offsets, self.geometry))
+        q = as_rows(q, "q", 4, "joint readings in rad")
+        return np.asarray(pose(q + self.offsets, self.geometry))
 
     def __str__(self) -> str:
         lines = [f"RMS error of the tip: {self.before:.3f} mm before, {self.after:.3f} mm after ({self.steps} steps)"]
@@ -83,25 +91,27 @@ def tip_error(q, sigmas: Mapping[str, float], geometry: Geometry = COURSE) -> np
 
     `sigmas`: the standard deviation of each uncertain parameter (mm; rad for delta and o1 .. o4), independent.
     """
-    _known(sigmas)
+    sigmas = _known(sigmas)
     moves = sensitivity(q, geometry)
-    return np.sqrt(sum((np.asarray(moves[name]) ** 2).sum(-1) * sigma**2 for name, sigma in sigmas.items()))
+    squares = [(np.asarray(moves[name]) ** 2).sum(-1) * sigma**2 for name, sigma in sigmas.items()]
+    return np.sqrt(sum(squares, np.zeros(np.shape(moves["o1"])[:-1])))
 
 
 def worst_tip_error(q, bounds: Mapping[str, float], geometry: Geometry = COURSE) -> np.ndarray:
     """An upper bound (mm), (...), of the tip's error with each parameter off by at most its bound, to first order."""
-    _known(bounds)
+    bounds = _known(bounds)
     moves = sensitivity(q, geometry)
-    return sum(np.linalg.norm(moves[name], axis=-1) * bound for name, bound in bounds.items())
+    parts = [np.linalg.norm(moves[name], axis=-1) * bound for name, bound in bounds.items()]
+    return sum(parts, np.zeros(np.shape(moves["o1"])[:-1]))
 
 
 def spread(
     q, sigmas: Mapping[str, float], samples: int = 2000, seed: int = 0, geometry: Geometry = COURSE
 ) -> np.ndarray:
     """Tips (samples, 3), mm, at one `q` (4,) with every parameter of `sigmas` drawn from its normal distribution."""
-    _known(sigmas)
-    q = as_rows(q, "q", 4, "the four joint angles in rad")
-    draw = np.random.default_rng(seed)
+    sigmas, samples = _known(sigmas), as_count(samples, "samples", most=MOST_SAMPLES)
+    q, geometry = np.array(as_four(q, "q", "the four joint angles in rad")), as_geometry(geometry)
+    draw = np.random.default_rng(as_count(seed, "seed", 0))
     offsets = np.column_stack([draw.normal(0, sigmas.get(name, 0.0), samples) for name in OFFSETS])
     lengths = {name: draw.normal(getattr(geometry, name), sigmas.get(name, 0.0), samples) for name in PARAMETERS}
     if not set(sigmas) - set(OFFSETS):
@@ -120,7 +130,7 @@ def calibrate(q, points, geometry: Geometry = COURSE, names=FITTED, steps: int =
     points = as_rows(points, "points", 3, "measured tips in mm, shape (N, 3)")
     if q.ndim != 2 or points.shape != (len(q), 3):
         raise BadInput(f"`points` must have one row of x, y, z for each row of `q`; got {points.shape} and {q.shape}.")
-    _known(dict.fromkeys(names, 0.0))
+    geometry, steps, names = as_geometry(geometry), as_count(steps, "steps"), _fitted(names)
     offsets, before = np.zeros(4), None
     done = 0
     while done < steps:
@@ -165,10 +175,22 @@ def _rms(residual) -> float:
     return float(np.sqrt((residual**2).sum(axis=1).mean()))
 
 
-def _known(parameters: Mapping[str, float]) -> None:
-    known = (*PARAMETERS, *OFFSETS)
-    for name, value in parameters.items():
-        if name not in known:
-            raise BadInput(f"unknown parameter `{name}`; known are {', '.join(known)}.")
-        if not value >= 0:
-            raise BadInput(f"the size of `{name}`'s error must be 0 or more; got {value}.")
+def _known(parameters: Mapping[str, float]) -> dict[str, float]:
+    """The parameters with the size of each one's error; `BadInput` for what is unknown, or no size."""
+    if not isinstance(parameters, Mapping):
+        raise BadInput(
+            f"the sizes of the errors must be given by name, such as {{'L2': 0.1}}; got {shown(parameters)}."
+        )
+    for name in parameters:
+        if name not in KNOWN:
+            raise BadInput(f"unknown parameter `{name}`; known are {', '.join(KNOWN)}.")
+    return {
+        name: as_number(size, name, "the size of an error, 0 or more", low=0.0) for name, size in parameters.items()
+    }
+
+
+def _fitted(names) -> tuple[str, ...]:
+    found = (names,) if isinstance(names, str) else tuple(names) if isinstance(names, Iterable) else ()
+    if not found or len(set(map(str, found))) < len(found) or not set(map(str, found)) <= set(KNOWN):
+        raise BadInput(f"`names` must be some of {', '.join(KNOWN)}, each once; got {shown(names)}.")
+    return tuple(map(str, found))

@@ -1,19 +1,19 @@
-"""Big batches in machine code, where numba is installed: the generated formulas themselves, compiled.
+"""Big batches in machine code, where numba is installed: any generated function, compiled, a row at a time.
 
-`pose` and `ik_batch` take and return what their namesakes in `omx` do. Without numba, or for numbers beyond `RANGE`,
-they call these. The compiled formulas use the polynomials that chapter 11 wrote for sine, cosine and arc tangent,
-which the processor evaluates for several rows at once; results differ from NumPy's by rounding only (1e-12 mm).
-The first call compiles, which takes some seconds.
+`compile_batch(module)` serves every module that `omx.derive` writes; `pose` and `ik_batch` take and return what their
+namesakes in `omx` do. Without numba, or for numbers beyond `RANGE`, NumPy does the work. Sine, cosine and arc tangent
+are the polynomials that a chapter wrote, which the processor evaluates for several rows at once; results differ from
+NumPy's by rounding only (1e-12 mm). The first call compiles, which takes some seconds.
 """
 
+import inspect
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from importlib.util import find_spec
-from math import nan, pi, tan, tau
+from math import nan, pi, remainder, tan, tau
 from os import cpu_count
-from types import FunctionType
-from typing import NamedTuple
+from types import FunctionType, ModuleType, SimpleNamespace
 
 import numpy as np
 
@@ -29,30 +29,39 @@ from ..geometry import COURSE, Geometry
 #: The largest angle (rad) and length (mm) that the compiled formulas take: beyond, digits or squares are lost.
 RANGE = (64.0, 1e9)
 
+#: Inputs of generated functions that are lengths; all others are angles.
+LENGTHS = ("x", "y", "z", "d")
+
 #: Fewer rows than this are not worth a second thread.
 THREADED = 100_000
 
 #: Rows in one round of a compiled loop: few enough that the columns in work stay in the processor's nearest cache.
 ROUND = 256
 
-#: Rows whose results are copied out together: 16 columns are written in turn, and memory likes long runs.
+#: Rows whose results are copied out together: columns are written in turn, and memory likes long runs.
 RUN = 8 * ROUND
 
 #: From one column of the work space to the next. A constant: so the compiler sees that columns do not overlap.
 #: An odd number of rounds: columns that lie a power of two apart would share few lines of the cache.
 PITCH = RUN + ROUND
 
-
-class Loops(NamedTuple):
-    """The compiled loops over rows `start` .. `stop`; each returns whether every row was in `RANGE`."""
-
-    pose: Callable[..., bool]
-    ik: Callable[..., bool]
+#: Results of more numbers than this are kept as columns: rows would be written in too many strides.
+WIDEST_ROW = 8
 
 
 def available() -> bool:
     """Is numba installed?"""
     return find_spec("numba") is not None
+
+
+def compile_batch(module: ModuleType) -> SimpleNamespace:
+    """Every function of a generated module for many rows: `compile_batch(fk).pose(q, *geometry.values)`.
+
+    Each takes rows (..., k) of its k inputs, then its parameters, `threads` and `dtype` as in `pose`. It returns an
+    array (..., n), or (..., n, m) for a matrix; a tuple of arrays where results have several shapes. Raises `BadInput`.
+    """
+    functions = {name: value for name, value in vars(module).items() if f"{name}_batch" in vars(module)}
+    return SimpleNamespace(**{name: _many(f, vars(module)[f"{name}_batch"]) for name, f in functions.items()})
 
 
 def pose(q, geometry: Geometry = COURSE, *, threads: int | None = None, dtype=np.float64) -> np.ndarray:
@@ -62,11 +71,10 @@ def pose(q, geometry: Geometry = COURSE, *, threads: int | None = None, dtype=np
     float32 in `q` and here, half as much memory is moved, and the position errs by up to 1e-4 mm, 2000 times less
     than the arm repeats; the arithmetic is in float64 all the same. Raises `BadInput`.
     """
-    q = _rows(q, "q", kinematics.JOINT_ANGLES)
+    q = _rows(q, "q", 4, kinematics.JOINT_ANGLES)
     rows = q.reshape(-1, 4)
-    out = np.empty(rows.shape, _float(dtype))
-    if not available() or not _run(_loops().pose, threads, rows, out, geometry.values):
-        out = np.asarray(kinematics.pose(rows, geometry), dtype)
+    done = _run(_fk.pose, rows, geometry.values, threads, dtype)
+    out = done[0] if done else np.asarray(kinematics.pose(rows, geometry), dtype)
     return out.reshape(q.shape)
 
 
@@ -75,43 +83,135 @@ def ik_batch(poses, geometry: Geometry = COURSE, limits=LIMITS, *, threads: int 
 
     `threads`, `dtype` and errors as in `pose`; in float32 each angle is off by up to 2e-7 rad.
     """
-    poses = _rows(poses, "poses", kinematics.TASK_POSE)
+    poses = _rows(poses, "poses", 4, kinematics.TASK_POSE)
     if poses.ndim != 2:
         raise BadInput(f"`poses` must have shape (N, 4); got {poses.shape}. For one pose use `omx.ik`.")
-    q = np.empty((4, 4, len(poses)), _float(dtype))
-    reachable, legal = (np.empty((4, len(poses)), dtype=bool) for _ in range(2))
     ends = tuple(end for low, high in limits for end in (low - kinematics.LIMIT_SLACK, high + kinematics.LIMIT_SLACK))
-    if available() and _run(_loops().ik, threads, poses, q, reachable, legal, geometry.values, ends):
-        return q.transpose(2, 0, 1), reachable.T, legal.T
+    done = _run(_judged, poses, (*ends, *geometry.values), threads, dtype)
+    if done:
+        q, marks = done
+        return q.reshape(-1, 4, 4), marks[:, [0, 0, 1, 1]], marks[:, 2:]
     angles, *verdicts = kinematics.ik_batch(poses, geometry, limits)
     return angles.astype(dtype, copy=False), *verdicts
 
 
-def _rows(value, name: str, wanted: str) -> np.ndarray:
-    """`value` as float32 or float64 rows of four; the compiled loop finds what is not finite."""
+def _judged(x, y, z, pitch, low1, high1, low2, high2, low3, high3, low4, high4, *lengths):
+    """The branches as `omx.ik_batch` gives them; then the reach of front and back, and the verdict on each branch."""
+    up, down, back_up, back_down, D, D_back = _branches(x + 0.0, y + 0.0, z, remainder(pitch, tau), *lengths)
+    front, back = abs(D) <= _WITHIN, abs(D_back) <= _WITHIN
+    ends = (low1, high1, low2, high2, low3, high3, low4, high4)
+    up, down, back_up, back_down = _closed(up), _closed(down), _closed(back_up), _closed(back_down)
+    return (
+        _shown(up, front), _shown(down, front), _shown(back_up, back), _shown(back_down, back), front, back,
+        front & _inside(up, ends), front & _inside(down, ends), back & _inside(back_up, ends),
+        back & _inside(back_down, ends),
+    )  # fmt: skip
+
+
+_branches, _WITHIN = _ik.branches, 1.0 + kinematics.REACH_SLACK
+
+
+def _closed(q):
+    """The arc tangent's range is closed at both ends, ours at pi alone."""
+    return pi if q[0] == -pi else q[0], q[1], q[2], q[3]
+
+
+def _shown(q, reached):
+    blank = 0.0 if reached else nan
+    return q[0] + blank, q[1] + blank, q[2] + blank, q[3] + blank
+
+
+def _inside(q, ends):
+    """Are the four angles within their limits?"""
+    low1, high1, low2, high2, low3, high3, low4, high4 = ends
+    return (
+        (q[0] >= low1) & (q[0] <= high1) & (q[1] >= low2) & (q[1] <= high2)
+        & (q[2] >= low3) & (q[2] <= high3) & (q[3] >= low4) & (q[3] <= high4)
+    )  # fmt: skip
+
+
+# ---- rows in, arrays out -------------------------------------------------------------------------------------
+
+
+def _many(function: Callable, batch: Callable) -> Callable:
+    """`function` for rows, compiled when first called; `batch` is its NumPy form, for where it cannot be."""
+    names = list(inspect.signature(function).parameters)
+
+    def call(rows, *parameters, threads: int | None = None, dtype=np.float64):
+        inputs = len(names) - len(parameters)
+        if inputs < 1:
+            raise BadInput(
+                f"`{function.__name__}` has {len(names)} arguments; got rows and {len(parameters)} parameters."
+            )
+        rows = _rows(rows, "rows", inputs, f"{', '.join(names[:inputs])}")
+        flat = rows.reshape(-1, inputs)
+        done = _run(function, flat, parameters, threads, dtype)
+        if done is None:
+            columns = np.broadcast_arrays(
+                flat[:, 0], *(number for _, number in _places(batch(*flat.astype(np.float64).T, *parameters)))
+            )[1:]
+            done = np.array(columns, dtype).T, None
+        return _assembled(done[0], function(*[0.5] * inputs, *parameters), rows.shape[:-1])
+
+    call.__name__, call.__doc__ = function.__name__, f"{function.__doc__} For many rows: see `compile_batch`."
+    return call
+
+
+def _places(results, at: str = "r"):
+    """Each number of nested tuples with the code that reads it: `r[0][1]`."""
+    if not isinstance(results, tuple):
+        yield at, results
+        return
+    for i, part in enumerate(results):
+        yield from _places(part, f"{at}[{i}]")
+
+
+def _assembled(values: np.ndarray, like, batch: tuple[int, ...]):
+    """Columns of `values` (N, n) in the shape of one row's results, `like`, behind the shape of the batch."""
+    try:
+        return values.reshape(*batch, *np.shape(like))
+    except ValueError:  # results of several shapes
+        borders = np.cumsum([len(dict(_places(part))) for part in like])[:-1]
+        pieces = np.split(values, borders, axis=1)
+        return tuple(_assembled(piece, part, batch) for piece, part in zip(pieces, like, strict=True))
+
+
+def _rows(value, name: str, columns: int, wanted: str) -> np.ndarray:
+    """`value` as float32 or float64 rows; the compiled loop finds what is not finite."""
     plain = isinstance(value, np.ndarray) and value.dtype in (np.float32, np.float64)
-    if plain and value.ndim > 1 and value.shape[-1] == 4 and value.size:
+    if plain and value.ndim > 1 and value.shape[-1] == columns and value.size:
         return np.ascontiguousarray(value)
-    return as_rows(value, name, 4, wanted)
+    return as_rows(value, name, columns, wanted)
 
 
-def _float(dtype):
+def _run(function: Callable, rows: np.ndarray, parameters: tuple, threads: int | None, dtype):
+    """Numbers (N, n) and truths (N, m) that `function` gives for each row; None without numba or out of `RANGE`."""
     if np.dtype(dtype) not in (np.float32, np.float64):
         raise BadInput(f"`dtype` must be float64 or float32; got {dtype!r}.")
-    return dtype
-
-
-def _run(loop: Callable[..., bool], threads: int | None, rows: np.ndarray, *arguments) -> bool:
-    """`loop` over all rows, shared out among threads; False if some row is out of its range."""
     if threads is None:
         threads = (cpu_count() or 1) if len(rows) >= THREADED else 1
     if threads < 1:
         raise BadInput(f"`threads` must be at least 1; got {threads}.")
-    borders = np.linspace(0, len(rows), threads + 1).astype(int).tolist()
+    if not available():
+        return None
+    results, count = dict(_places(function(*[0.5] * rows.shape[1], *parameters))), len(rows)
+    truths = tuple(place for place, result in results.items() if isinstance(result, bool))
+    numbers = tuple(place for place in results if place not in truths)
+    in_rows = len(numbers) <= WIDEST_ROW
+    out = np.empty((count, len(numbers)) if in_rows else (len(numbers), count), dtype)
+    marks = np.empty((len(truths), count), bool)
+    loop, parameters = _loop(function, rows.shape[1], numbers, truths, in_rows), tuple(map(float, parameters))
+    borders = np.linspace(0, count, threads + 1).astype(int).tolist()
     if threads == 1:
-        return loop(0, len(rows), rows, *arguments)
-    with ThreadPoolExecutor(threads) as pool:
-        return all(pool.map(lambda start, stop: loop(start, stop, rows, *arguments), borders[:-1], borders[1:]))
+        fine = loop(0, count, rows, out, marks, parameters)
+    else:
+        with ThreadPoolExecutor(threads) as pool:
+            ways = pool.map(lambda *piece: loop(*piece, rows, out, marks, parameters), borders[:-1], borders[1:])
+            fine = all(list(ways))
+    return (out if in_rows else out.T, marks.T) if fine else None
+
+
+# ---- compiling -----------------------------------------------------------------------------------------------
 
 
 def _compile(function: Callable, **options) -> Callable:
@@ -120,16 +220,20 @@ def _compile(function: Callable, **options) -> Callable:
     return numba.njit(nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, **options)(function)
 
 
-def _inline(function: Callable, **names) -> Callable:
-    """The function compiled into whatever calls it, with `names` in place of its own globals."""
-    names = function.__globals__ | names
+def _inline(function: Callable) -> Callable:
+    """The function compiled into whatever calls it, with what it calls: our sines for Python's, others alike."""
+    known = function.__globals__
+    inner = {name: known[name] for name in function.__code__.co_names if isinstance(known.get(name), FunctionType)}
+    names = known | {name: _inline(called) for name, called in inner.items()} | _functions()
     return _compile(FunctionType(function.__code__, names, function.__name__), forceinline=True)
 
 
 @cache
 def _functions() -> dict[str, Callable]:
     """What the generated code calls, from the polynomials: no branches, so that it runs for several rows at once."""
-    sine, cosine, arc_tangent = map(_inline, (_polynomials.sine, _polynomials.cosine, _polynomials.arc_tangent))
+    sine, cosine, arc_tangent = (
+        _compile(f, forceinline=True) for f in (_polynomials.sine, _polynomials.cosine, _polynomials.arc_tangent)
+    )
     rest_of_pi, eighth = 1.2246467991473532e-16, tan(pi / 8)  # pi less its float
 
     def sin(x):
@@ -162,87 +266,65 @@ def _functions() -> dict[str, Callable]:
 
 
 @cache
-def _loops() -> Loops:
-    """Compiled when first called. Rows are copied to columns, worked on, and copied to where they belong."""
-    forward, branches = (_inline(f, **_functions()) for f in (_fk.pose, _ik.branches))
-    load, copy, inside = _compile(_load), _compile(_copy), _inline(_inside)
-    wrap, angle, length = _functions()["remainder"], *RANGE
-    within = 1.0 + kinematics.REACH_SLACK
+def _loop(
+    function: Callable, inputs: int, numbers: tuple[str, ...], truths: tuple[str, ...], in_rows: bool
+) -> Callable:
+    """`function` over rows `start` .. `stop`, compiled when first called; it returns whether all were in `RANGE`.
+
+    `numbers` and `truths`: where the results stand in what `function` returns, such as `r[0][1]`. Rows are copied to
+    columns, worked on a round at a time, and copied to where they belong.
+    """
+    names = list(inspect.signature(function).parameters)[:inputs]
+    bounds = np.array([RANGE[name[0] in LENGTHS] for name in names])
+    columns, copy = _compile(_columns(function, inputs, numbers, truths)), _compile(_copy)
+    width, marked, step = len(numbers), len(truths), ROUND if in_rows else RUN
 
     @_compile
-    def columns_pose(w, lengths):
-        for i in range(ROUND):
-            x, y, z, pitch = forward(w[i], w[PITCH + i], w[2 * PITCH + i], w[3 * PITCH + i], *lengths)
-            w[4 * PITCH + i], w[5 * PITCH + i], w[6 * PITCH + i], w[7 * PITCH + i] = x, y, z, pitch
+    def load(rows, w):
+        wrong = 0
+        for i in range(len(rows)):
+            for j in range(inputs):
+                w[j * PITCH + i] = rows[i, j]
+        for j in range(inputs):
+            for i in range(len(rows)):
+                wrong += not abs(w[j * PITCH + i]) <= bounds[j]
+        return wrong == 0
 
     @_compile
-    def columns_ik(w, marks, lengths, ends):
-        for i in range(ROUND):
-            x, y, z, pitch = w[i] + 0.0, w[PITCH + i] + 0.0, w[2 * PITCH + i], wrap(w[3 * PITCH + i], tau)
-            up, down, back_up, back_down, D, D_back = branches(x, y, z, pitch, *lengths)
-            front, back = abs(D) <= within, abs(D_back) <= within
-            marks[i], marks[PITCH + i] = front, back
-            for b, (q, reached) in enumerate(((up, front), (down, front), (back_up, back), (back_down, back))):
-                q1 = pi if q[0] == -pi else q[0]  # the arc tangent's range is closed at both ends
-                blank = 0.0 if reached else nan
-                w[(4 + 4 * b) * PITCH + i] = q1 + blank
-                for j in range(1, 4):
-                    w[(4 + 4 * b + j) * PITCH + i] = q[j] + blank
-                marks[(2 + b) * PITCH + i] = reached & inside(q1, q[1], q[2], q[3], ends)
-
-    @_compile
-    def pose_loop(start, stop, rows, out, lengths):
-        w, fine = np.zeros(8 * PITCH), True
-        for first in range(start, stop, ROUND):
-            part = slice(first, min(first + ROUND, stop))
-            fine &= load(rows[part], w, angle, angle)
-            columns_pose(w, lengths)
-            results = out[part]
-            for i in range(len(results)):
-                for j in range(4):
-                    results[i, j] = w[(4 + j) * PITCH + i]
-        return fine
-
-    @_compile
-    def ik_loop(start, stop, rows, q, reachable, legal, lengths, ends):
-        w, marks, fine = np.zeros(20 * PITCH), np.zeros(6 * PITCH, dtype=np.bool_), True
-        for first in range(start, stop, RUN):
-            part = slice(first, min(first + RUN, stop))
-            fine &= load(rows[part], w, length, angle)
+    def loop(start, stop, rows, out, marks, parameters):
+        w, t, fine = np.zeros((inputs + width) * PITCH), np.zeros((marked + 1) * PITCH, dtype=np.bool_), True
+        for first in range(start, stop, step):
+            part = slice(first, min(first + step, stop))
+            fine &= load(rows[part], w)
             for k in range(0, part.stop - first, ROUND):
-                columns_ik(w[k:], marks[k:], lengths, ends)
-            for b in range(4):
-                for j in range(4):
-                    copy(w[(4 + 4 * b + j) * PITCH :], q[b, j, part])
-                copy(marks[b // 2 * PITCH :], reachable[b, part])
-                copy(marks[(2 + b) * PITCH :], legal[b, part])
+                columns(w[k:], t[k:], parameters)
+            if in_rows:
+                results = out[part]
+                for i in range(len(results)):
+                    for j in range(width):
+                        results[i, j] = w[(inputs + j) * PITCH + i]
+            else:
+                for j in range(width):
+                    copy(w[(inputs + j) * PITCH :], out[j, part])
+            for j in range(marked):
+                copy(t[j * PITCH :], marks[j, part])
         return fine
 
-    return Loops(pose_loop, ik_loop)
+    return loop
 
 
-def _load(rows, w, largest, largest_last):
-    """Copy rows to the first four columns of `w`; False if one is not a number or too large."""
-    wrong = 0
-    for i in range(len(rows)):
-        for j in range(4):
-            w[j * PITCH + i] = rows[i, j]
-    for i in range(len(rows)):
-        fine = (abs(w[i]) <= largest) & (abs(w[PITCH + i]) <= largest) & (abs(w[2 * PITCH + i]) <= largest)
-        wrong += not fine & (abs(w[3 * PITCH + i]) <= largest_last)
-    return wrong == 0
+def _columns(function: Callable, inputs: int, numbers: tuple[str, ...], truths: tuple[str, ...]) -> Callable:
+    """One round of `function`: from the first columns of `w` to those after them, truths to the columns of `t`."""
+    given = ", ".join(f"w[{j * PITCH} + i]" for j in range(inputs))
+    lines = ["def columns(w, t, p):", f"    for i in range({ROUND}):", f"        r = f({given}, *p)"]
+    lines += [f"        w[{(inputs + j) * PITCH} + i] = {result}" for j, result in enumerate(numbers)]
+    lines += [f"        t[{j * PITCH} + i] = {result}" for j, result in enumerate(truths)]
+    names = {"f": _inline(function)}
+    exec("\n".join(lines), names)
+    return names["columns"]
 
 
 def _copy(column, target):
     """Fill `target` from the beginning of `column`. A loop, since numba makes it four times as fast as a slice."""
     for i in range(len(target)):
         target[i] = column[i]
-
-
-def _inside(q1, q2, q3, q4, ends):
-    """Are the four angles within their limits?"""
-    low1, high1, low2, high2, low3, high3, low4, high4 = ends
-    return (
-        (q1 >= low1) & (q1 <= high1) & (q2 >= low2) & (q2 <= high2)
-        & (q3 >= low3) & (q3 <= high3) & (q4 >= low4) & (q4 <= high4)
-    )  # fmt: skip

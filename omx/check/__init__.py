@@ -4,10 +4,12 @@ Every check fails closed: an answer that is missing, of the wrong type, or not a
 """
 
 from .answers import expression, that, value
-from .functions import configurations, derivative, function, round_trip
+from .functions import call, configurations, derivative, function, round_trip
 from .selftest import setup
-from .validation import Wrong
+from .validation import Wrong, answer
+from .variants import variant
 
 __all__ = [
-    "Wrong", "configurations", "derivative", "expression", "function", "round_trip", "setup", "that", "value",
+    "Wrong", "answer", "call", "configurations", "derivative", "expression", "function", "round_trip", "setup", "that",
+    "value", "variant",
 ]  # fmt: skip

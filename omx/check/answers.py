@@ -6,9 +6,6 @@ from ..errors import Wrong
 from .mistakes import Comparison
 from .validation import as_numbers, as_truth, present
 
-#: Points at which two expressions are compared; an identity that holds at all of them holds.
-POINTS = 12
-
 
 def value(answer, expected, name: str = "the answer", unit: str = "", parts: str = "", within=None) -> None:
     """The number, truth or array `answer` must be `expected`, to rounding or to `within` (in `unit`).
@@ -31,24 +28,34 @@ def that(condition, complaint: str, name: str = "") -> None:
     correct(name)
 
 
-def expression(answer, expected, name: str = "the expression") -> None:
+def expression(answer, expected, name: str = "the expression", ranges: dict | None = None) -> None:
     """The SymPy expression or matrix `answer` must equal `expected` for all values of its symbols.
 
-    Compared at random points, so it does not matter how either is written. Raises `Wrong`.
+    It does not matter how either is written: both are evaluated at values of all sizes and signs where `expected` is
+    real, so that `sqrt(1 - sin(t)**2)` is no cosine, and `asin(sin(t))` no `t`. `ranges`, {symbol: (low, high)},
+    narrows what "all" means. Raises `Wrong`.
     """
+    from ..derive import evaluated, real_points  # SymPy only for those who bring an expression
+
     present(answer, name)
-    if not hasattr(answer, "free_symbols") and not isinstance(answer, (int, float)):
-        raise Wrong(f"{name} must be a SymPy expression or matrix; it is {answer!r} ({type(answer).__name__}).")
+    _an_expression(answer, name)
     shape, wanted = getattr(answer, "shape", ()), getattr(expected, "shape", ())
     if shape != wanted:
         raise Wrong(f"{name} must be {_counted(wanted)}; yours is {_counted(shape)}.")
-    symbols = sorted(getattr(expected, "free_symbols", set()), key=str)
-    _foreign_symbols(answer, set(symbols), name)
-    random = np.random.default_rng(0)
-    points = [{s: _value(s, random) for s in symbols} for _ in range(POINTS)]
-    ours, theirs = _evaluated(answer, points, name), _evaluated(expected, points, name)
-    compare(ours, theirs, name, within=1e-9)
-    correct(name)
+    known = set(getattr(expected, "free_symbols", set()))
+    foreign = _foreign_symbols(answer, known, name)
+    at, theirs = real_points(expected, sorted(known | set(foreign), key=str), ranges)
+    try:
+        ours = evaluated(answer, at)
+    except (TypeError, NameError):
+        raise Wrong(f"{name} cannot be evaluated: something in it is not a number when its symbols are.") from None
+    comparison = Comparison(*_reals(ours, theirs), within=1e-9)
+    if comparison.same(comparison.answer):
+        return correct(name)
+    if foreign:
+        names = ", ".join(sorted(map(str, known))) or "nothing"
+        raise Wrong(f"{name} must not contain {foreign[0]}; it depends on {names} only.")
+    raise Wrong(" ".join((f"{name} is not right.", *_differs(comparison, at, ours, theirs))))
 
 
 def compare(answer: np.ndarray, expected, name: str, unit: str = "", parts: str = "", within=None, where=None) -> None:
@@ -77,34 +84,50 @@ def _counted(shape: tuple[int, ...]) -> str:
     return f"of shape {' x '.join(map(str, shape))}"
 
 
-def _foreign_symbols(answer, known: set, name: str) -> None:
-    names = {str(s) for s in known}
-    for symbol in sorted(getattr(answer, "free_symbols", set()) - known, key=str):
+def _an_expression(answer, name: str) -> None:
+    """`Wrong` unless `answer` is a number, an expression or a matrix of expressions."""
+    numbers = isinstance(answer, (int, float)) and not isinstance(answer, bool)
+    if not numbers and not hasattr(answer, "free_symbols"):
+        raise Wrong(f"{name} must be a SymPy expression or matrix; it is {answer!r} ({type(answer).__name__}).")
+    if getattr(answer, "is_Relational", False):
+        raise Wrong(f"{name} must be an expression, not an equation: give its right-hand side, `.rhs`.")
+
+
+def _foreign_symbols(answer, known: set, name: str) -> list:
+    """The symbols of `answer` that are not `known`; `Wrong` if one only looks like a known one."""
+    names, foreign = {str(s) for s in known}, sorted(getattr(answer, "free_symbols", set()) - known, key=str)
+    for symbol in foreign:
         if str(symbol) in names:
             raise Wrong(
                 f"{name} uses another {symbol} than the chapter's: to SymPy, symbols with other assumptions are "
                 f"other symbols. Use the {symbol} that is already defined."
             )
-        raise Wrong(f"{name} must not contain {symbol}; it depends on {', '.join(sorted(names)) or 'nothing'} only.")
+    return foreign
 
 
-def _value(symbol, random) -> float:
-    """A value for one symbol, of either sign unless the symbol is known to be positive."""
-    size = float(random.uniform(0.3, 1.3))
-    sign = 1.0 if symbol.is_nonnegative else float(random.choice((-1.0, 1.0)))
-    return sign * size
+def _reals(*values: np.ndarray) -> list[np.ndarray]:
+    """Complex values (points, entries) as reals, or all as (points, 2 entries) where some are not real."""
+    real = all(np.all(np.isnan(v) | (np.abs(v.imag) <= 1e-12 * (1 + np.abs(v)))) for v in values)
+    return [v.real if real else v.astype(complex).view(float) for v in values]
 
 
-def _evaluated(expression, points, name: str) -> np.ndarray:
-    """Values (points, entries) of an expression or matrix; real and imaginary parts where it is complex."""
-    if not hasattr(expression, "evalf"):
-        return np.full((len(points), 1), float(expression))
-    entries = list(expression) if hasattr(expression, "shape") else [expression]
-    try:
-        rows = [[complex(e.evalf(subs=point)) for e in entries] for point in points]
-    except (TypeError, ValueError):
-        raise Wrong(f"{name} cannot be evaluated: something in it is not a number when its symbols are.") from None
-    values = np.array(rows)
-    if not np.isfinite(values).all():
-        raise Wrong(f"{name} is infinite or undefined for ordinary values: look for a division by zero.")
-    return values.real if not values.imag.any() else values.view(float)
+def _differs(comparison: Comparison, at: list[dict], ours, theirs) -> list[str]:
+    """Sentences on how an expression differs from the one wanted, at the points `at`."""
+    if not np.isfinite(ours).any(axis=0).all():
+        return ["It is infinite or undefined for ordinary values: look for a division by zero."]
+    agree = np.isfinite(ours) & (np.abs(ours - theirs) <= 1e-9 * (1 + np.abs(theirs)))
+    point, entry = np.argwhere(~agree)[0]
+    where = ", ".join(f"{symbol} = {value:.4g}" for symbol, value in at[point].items())
+    what = f"entry {entry + 1}" if ours.shape[1] > 1 else "it"
+    gives = _written(ours[point, entry])
+    example = f"{f'At {where} ' if where else ''}{what} is {gives}; {_written(theirs[point, entry])} is wanted."
+    slip = comparison.slip()
+    if not slip and 0 < agree.all(axis=1).mean() < 1:
+        slip = "It is right for some values only: a root or an inverse function forgets a sign or a turn."
+    return [slip, example] if slip else [example]
+
+
+def _written(value: complex) -> str:
+    if not np.isfinite(value):
+        return "not defined"
+    return f"{value.real:.6g}" if abs(value.imag) <= 1e-12 * (1 + abs(value)) else f"{value:.6g}, not a real number"

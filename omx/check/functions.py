@@ -8,7 +8,7 @@ import numpy as np
 from ..arm import HOME, LIMITS, ZERO
 from ..errors import BadInput, Wrong
 from .answers import compare, correct
-from .validation import as_numbers, present
+from .validation import answer, as_numbers, present
 
 #: Half the step of the central differences; it balances rounding against curvature, error about 1e-8.
 STEP = 1e-5
@@ -22,7 +22,7 @@ def function(function, reference, samples, name: str = "", unit: str = "", parts
     name = _named(function, name)
     rows = [_arguments(sample) for sample in _some(samples)]
     expected = [np.asarray(reference(*row), float) for row in rows]
-    answers = [_shaped(call(function, row, name), want, name) for row, want in zip(rows, expected, strict=True)]
+    answers = [_shaped(called(function, row, name), want, name) for row, want in zip(rows, expected, strict=True)]
     _degrees_taken(answers, reference, rows, expected, name)
 
     def example(index):
@@ -43,8 +43,8 @@ def round_trip(there, back, samples, name: str = "", unit: str = "", parts: str 
     rows = [np.asarray(sample, float) for sample in _some(samples)]
     answers = []
     for row in rows:
-        middle = call(there, (row,), name)
-        answers.append(_shaped(call(back, (middle,), name), row, name))
+        middle = called(there, (row,), name)
+        answers.append(_shaped(called(back, (middle,), name), row, name))
 
     def where(index):
         return f"{_short(rows[index])} comes back as {_short(answers[index])}."
@@ -58,7 +58,7 @@ def derivative(derivative, function, samples, name: str = "", within: float = 1e
     name = _named(derivative, name)
     rows = [np.asarray(sample, float) for sample in _some(samples)]
     expected = [_differences(function, row) for row in rows]
-    answers = [_shaped(call(derivative, (row,), name), want, name) for row, want in zip(rows, expected, strict=True)]
+    answers = [_shaped(called(derivative, (row,), name), want, name) for row, want in zip(rows, expected, strict=True)]
     scale = max(1.0, max(float(np.abs(e).max()) for e in expected))
 
     def where(index):
@@ -78,13 +78,23 @@ def configurations(count: int = 50, limits=LIMITS, seed: int = 0) -> np.ndarray:
     return np.vstack([*special, np.random.default_rng(seed).uniform(low, high, (count, len(low)))])[:count]
 
 
-def call(function, arguments, name: str):
+def call(function, /, *arguments, gives=None, name: str = ""):
+    """What `function(*arguments)` returns, for checks that look at its properties.
+
+    `gives` says what that must be, as in `answer`. The arguments are copies, so the function cannot change them.
+    Raises `Wrong` with one sentence for the untouched TODO, None, an error inside, another type or shape.
+    """
+    name = _named(function, name)
+    return answer(called(function, arguments, name), gives, f"what {name} returns")
+
+
+def called(function, arguments, name: str):
     """The function's result; what goes wrong inside becomes a `Wrong` that says what to look at."""
     if not callable(function):
         present(function, name)
         raise Wrong(f"{name} must be a function; it is {_short(function)} ({type(function).__name__}).")
     try:
-        result = function(*(np.copy(a) if isinstance(a, np.ndarray) else a for a in arguments))
+        result = function(*map(_copied, arguments))
     except NotImplementedError:
         raise Wrong(f"{name} is still the TODO: write its body.") from None
     except Wrong:
@@ -94,6 +104,13 @@ def call(function, arguments, name: str):
         raise Wrong(f"{name} stops with {type(error).__name__}: {error}. {hint}".rstrip()) from error
     present(result, f"what {name} returns")
     return result
+
+
+def _copied(argument):
+    """A copy of numbers, in whatever lists or tuples they come; everything else as it is."""
+    if isinstance(argument, (list, tuple)) and type(argument) in (list, tuple):
+        return type(argument)(map(_copied, argument))
+    return np.copy(argument) if isinstance(argument, np.ndarray) else argument
 
 
 def _hint(error: Exception, function, arguments) -> str:

@@ -13,7 +13,8 @@ from ..geometry import COURSE
 
 #: The packages that the chapters need, wherever they run.
 NEEDED = ("numpy", "sympy", "matplotlib", "ipywidgets", "anywidget", "meshcat")
-REPAIR = "close Jupyter and type `python run.py lab` in the book's folder: it installs what is missing"
+RESTART = "choose Kernel > Restart Kernel, then run the cells again"
+REPAIR = "close Jupyter and type `python run.py repair` in the book's folder: it mends what is missing or broken"
 
 
 def setup() -> None:
@@ -34,7 +35,7 @@ def _outcome(test: Callable[[], str]) -> tuple[str, str]:
     try:
         return test(), ""
     except Wrong as wrong:
-        return str(wrong), REPAIR
+        return str(wrong), RESTART if kinematics.replaced() else REPAIR
     except Exception as error:  # a broken installation can fail in any way; the reader needs its name and a remedy
         return f"{type(error).__name__}: {error}", REPAIR
 
@@ -66,6 +67,8 @@ def _viewer() -> str:
 def _generated() -> str:
     for name in ("fk", "ik", "jacobian"):
         importlib.import_module(f"omx.generated.{name}")
+    if names := kinematics.replaced():
+        raise Wrong(f"{', '.join(names)} was written anew after this notebook had imported it")
     return "fk, ik, jacobian"
 
 

@@ -13,6 +13,40 @@ def present(answer, name: str) -> None:
         raise Wrong(f"{name} is None. Is there a value, or does the function lack its `return` line?")
 
 
+def answer(value, gives=None, name: str = "the answer"):
+    """The answer `value` itself if it is what `gives` says, for checks that look at its properties; else `Wrong`.
+
+    `gives` is a shape: () for one number, (4,) for four, (None, 3) for any number of rows of three; or a type such as
+    `bool` or `Chain`; or None for anything that is not a TODO. Numbers come back as float or as a plain array.
+    """
+    present(value, name)
+    if gives is bool:
+        return as_truth(value, name)
+    if isinstance(gives, type):
+        if not isinstance(value, gives):
+            raise Wrong(f"{name} must be {_article(gives.__name__)}; it is {_described(value)}.")
+        return value
+    if gives is None:
+        return np.asarray(value) if isinstance(value, np.matrix) else value
+    numbers = as_numbers(value, name)
+    fits = len(numbers.shape) == len(gives) and all(g in (None, n) for g, n in zip(gives, numbers.shape, strict=True))
+    if not fits:
+        raise Wrong(f"{name} must be {_counted(gives)}; yours is {_counted(numbers.shape)}.")
+    return float(numbers) if gives == () else numbers
+
+
+def _article(word: str) -> str:
+    return f"{'an' if word[0].lower() in 'aeiou' else 'a'} {word}"
+
+
+def _counted(shape: tuple) -> str:
+    if shape == ():
+        return "one number"
+    if len(shape) == 1:
+        return f"{'a row of' if shape[0] is None else shape[0]} numbers"
+    return f"of shape {' x '.join('any' if n is None else str(n) for n in shape)}"
+
+
 def as_numbers(answer, name: str) -> np.ndarray:
     """`answer` as a float64 array, finite throughout; `Wrong` says what else it is."""
     present(answer, name)
@@ -25,7 +59,7 @@ def as_numbers(answer, name: str) -> np.ndarray:
     try:
         array = np.array(answer.tolist() if hasattr(answer, "tolist") else answer)
         numbers = array.astype(float) if array.dtype.kind in "iufO" else None
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         numbers = None
     if numbers is None:
         raise Wrong(f"{name} must be made of numbers; it is {_described(answer)}.")

@@ -1,10 +1,12 @@
 """Any chain of DH rows as a generated module: frames and tool transform, no simplification needed."""
 
+import os
 from collections.abc import Mapping
 from types import ModuleType
 
 import sympy as sp
 
+from ..arrays import shown
 from ..dh import Chain
 from ..errors import BadInput
 from .function import Function
@@ -34,24 +36,33 @@ def write_chain(
     name: str,
     chain: Chain,
     *,
-    notebook: str,
     doc: str = "",
+    notebook: str | None = None,
+    folder: str | os.PathLike | None = None,
     parameters: Mapping[sp.Symbol, object] | None = None,
 ) -> ModuleType:
     """Write `<name>.py` with `transform`, `frames` and `dh_rows` of any chain, and return it loaded.
 
-    Entries of the rows may be numbers or SymPy expressions; `parameters` gives each symbol in them its value.
+    Entries of the rows may be numbers or SymPy expressions; `parameters` gives each symbol in them its value. The other
+    arguments are those of `write`.
     """
+    if not isinstance(chain, Chain):
+        raise BadInput(f"`chain` must be an omx.Chain; got {shown(chain)}.")
+    if parameters is not None and not isinstance(parameters, Mapping):
+        raise BadInput(f"`parameters` must give each symbol its value; got {shown(parameters)}.")
     parameters = dict(parameters or {})
     rows = [exact(row) for row in chain.rows]
     symbols = set().union(*(entry.free_symbols for row in rows for entry in row.at(0)))
-    missing = sorted(symbol.name for symbol in symbols - set(parameters))
+    missing = sorted(map(str, symbols - set(parameters)))
     if missing:
-        raise BadInput(f"the rows of {chain.name} use {', '.join(missing)}: give each a value in `parameters`.")
+        same = sorted(set(missing) & {str(symbol) for symbol in parameters})
+        hint = f" ({same[0]} was given, but with other assumptions: to SymPy that is another symbol.)" if same else ""
+        raise BadInput(f"the rows of {chain.name} use {', '.join(missing)}: give each a value in `parameters`.{hint}")
     return write(
         name,
         chain_functions(chain),
         notebook=notebook,
+        folder=folder,
         doc=doc or f"Forward kinematics of {chain.name}.",
         parameters=parameters,
         rows=rows,

@@ -24,7 +24,11 @@ class Emitter:
     def source(self) -> str:
         """The whole function, checked first."""
         self.function.check(self.parameters)
-        return "\n".join([*self.head(), *self.body()]) + "\n"
+        head, body = self.head(), self.body()
+        if any("xp." in line for line in body):
+            inputs = ", ".join(symbol.name for symbol in self.function.inputs)
+            head += [f"    xp = {self.printer.use(f'namespace({inputs})')}"]
+        return "\n".join([*head, *body]) + "\n"
 
     def head(self) -> list[str]:
         function, number = self.function, self.printer.use(self.dialect.number)
@@ -83,7 +87,10 @@ class Emitter:
                 lines += self._statement(f"{self.dialect.let}{name} = ", value)
         opening, closing = self.dialect.brackets if self.dialect.let else ("", "")
         line = f"    return {opening}{', '.join(outputs)}{closing}{self.dialect.end}"
-        return lines + ([line] if len(line) <= WIDTH else ["    return (", *packed(list(outputs), " " * 8), "    )"])
+        if len(line) <= WIDTH:
+            return [*lines, line]
+        opening, closing = self.dialect.brackets
+        return [*lines, f"    return {opening}", *packed(list(outputs), " " * 8), f"    {closing}{self.dialect.end}"]
 
     def _statement(self, prefix: str, value, indent: str = "    ", end: str | None = None) -> list[str]:
         """`prefix value`: a number or a row of numbers on one line if it fits, a table with a line for each row."""
@@ -137,7 +144,12 @@ def packed(words: Sequence[str], indent: str) -> list[str]:
     return [indent + line.replace("\0", " ") for line in lines]
 
 
+def one_line(text: str) -> str:
+    """`text` without line breaks, and without what no source file can hold."""
+    return "".join(letter if letter.isprintable() else " " for letter in " ".join(text.split()))
+
+
 def docstring(text: str, indent: str = "    ") -> list[str]:
     """A docstring, whatever characters the text holds."""
-    safe = " ".join(text.split()).replace("\\", "\\\\").replace('"""', "'''")
+    safe = one_line(text).replace("\\", "\\\\").replace('"""', "'''")
     return textwrap.wrap(f'"""{safe}"""', WIDTH - 4, initial_indent=indent, subsequent_indent=indent)

@@ -2,6 +2,7 @@
 
 import keyword
 import re
+import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -11,11 +12,21 @@ import sympy as sp
 
 from ..errors import BadInput
 from .printer import BATCH, SCALAR
+from .symbolic import as_expression
+
+#: JavaScript's own words, those of its strict mode included, and what it lets nobody define.
+JAVASCRIPT_WORDS = {
+    "arguments", "await", "break", "case", "catch", "class", "const", "continue", "debugger", "default", "delete", "do",
+    "else", "enum", "eval", "export", "extends", "false", "finally", "for", "function", "if", "implements", "import",
+    "in", "instanceof", "interface", "let", "new", "null", "package", "private", "protected", "public", "return",
+    "static", "super", "switch", "this", "throw", "true", "try", "typeof", "undefined", "var", "void", "while", "with",
+    "yield", "NaN", "Infinity",
+}  # fmt: skip
 
 #: Names that the written modules use themselves, in Python or in JavaScript.
 RESERVED = {
-    *keyword.kwlist, *SCALAR.imports, *BATCH.imports, "abs", "max", "min", "float", "tuple", "DHRow", "PARAMETERS",
-    "dh_rows", "Math", "_", "const", "let", "var", "new", "this", "function", "export", "delete", "switch",
+    *keyword.kwlist, *JAVASCRIPT_WORDS, *SCALAR.imports, *BATCH.imports, "xp", "abs", "max", "min", "float", "tuple",
+    "DHRow", "PARAMETERS", "dh_rows", "Math", "_",
 }  # fmt: skip
 
 
@@ -40,7 +51,7 @@ class Function:
         """The steps and the outputs as they are written: shortened by the steps before them, useless ones gone."""
         short, steps = {}, []
         for symbol, expression in self.steps:
-            expression = sp.sympify(expression)
+            expression = as_expression(expression)
             steps.append((symbol, expression.xreplace(short)))
             if expression.args and expression.free_symbols:
                 short.setdefault(expression, symbol)
@@ -78,27 +89,40 @@ class Function:
 
     def check(self, parameters: Sequence[sp.Symbol]) -> None:
         """`BadInput` for the first name that is unknown, taken, or no name in code."""
+        check_name(self.name, f"the function `{self.name}`")
+        self._check_kinds()
         given = [*self.inputs, *parameters]
-        if not self.outputs:
-            raise BadInput(f"`{self.name}` has no outputs.")
-        _check_name(self.name, f"the function `{self.name}`")
         taken = self._taken_names(given, [symbol for symbol, _ in self.steps])
         self._check_outputs(taken)
         self._check_angles(taken | set(self.outputs), set(given))
         known = set(given)
         for symbol, expression in self.steps:
-            self._check_known(sp.sympify(expression), known, f"step `{symbol}`")
+            self._check_known(as_expression(expression), known, f"step `{symbol}`")
             known.add(symbol)
         for name, value in self.outputs.items():
             for expression in leaves(tree(value)):
                 self._check_known(expression, known, f"output `{name}`")
+
+    def _check_kinds(self) -> None:
+        """That each field is of its kind, before any of them is looked into."""
+        if not isinstance(self.doc, str):
+            raise BadInput(f"`{self.name}`: `doc` must be a sentence; got {self.doc!r}.")
+        if not isinstance(self.outputs, Mapping):
+            raise BadInput(f"`{self.name}`: `outputs` must map each result's name to it; got {self.outputs!r}.")
+        if not self.outputs:
+            raise BadInput(f"`{self.name}` has no outputs.")
+        if not isinstance(self.inputs, Sequence) or isinstance(self.inputs, str):
+            raise BadInput(f"`{self.name}`: `inputs` must be a list of symbols; got {self.inputs!r}.")
+        pairs = isinstance(self.steps, Sequence) and all(isinstance(s, Sequence) and len(s) == 2 for s in self.steps)
+        if not pairs or isinstance(self.steps, str):
+            raise BadInput(f"`{self.name}`: `steps` must be (symbol, expression) pairs; got {self.steps!r}.")
 
     def _taken_names(self, given, steps) -> set[str]:
         taken = set()
         for symbol in (*given, *steps):
             if not isinstance(symbol, sp.Symbol):
                 raise BadInput(f"`{self.name}`: inputs, parameters and steps must be SymPy symbols; got {symbol!r}.")
-            _check_name(symbol.name, f"`{self.name}`: the symbol `{symbol}`")
+            check_name(symbol.name, f"`{self.name}`: the symbol `{symbol}`")
             if symbol.name in taken:
                 raise BadInput(f"`{self.name}`: two inputs, parameters or steps are called `{symbol}`.")
             taken.add(symbol.name)
@@ -106,7 +130,7 @@ class Function:
 
     def _check_outputs(self, taken: set[str]) -> None:
         for name, value in self.outputs.items():
-            _check_name(name, f"`{self.name}`: the output `{name}`")
+            check_name(name, f"`{self.name}`: the output `{name}`")
             itself = isinstance(value, sp.Symbol) and value.name == name
             if name in taken and not itself and len(self.outputs) > 1:
                 raise BadInput(f"`{self.name}`: the output `{name}` has the name of an input, parameter or step.")
@@ -145,7 +169,7 @@ def tree(value, short: Mapping | None = None):
         value = value.tolist()
     if isinstance(value, (list, tuple)):
         return tuple(tree(item, short) for item in value)
-    return sp.sympify(value).xreplace(short or {})
+    return as_expression(value).xreplace(short or {})
 
 
 def leaves(value) -> list[sp.Expr]:
@@ -174,7 +198,14 @@ def _word(term) -> str:
     return re.sub(r"\W+", "", text.replace("/", "_").replace(".", "p"))
 
 
-def _check_name(name, what: str) -> None:
-    if not isinstance(name, str) or not name.isidentifier() or name in RESERVED:
-        reason = "is used by the generated code" if name in RESERVED else "is no name in code"
+def check_name(name, what: str) -> None:
+    """`BadInput` unless `name` is a name in Python and in JavaScript, the same in both, and free."""
+    reason = ""
+    if not isinstance(name, str) or not name.isidentifier() or name.startswith("__"):
+        reason = "is no name in code"
+    elif unicodedata.normalize("NFKC", name) != name:
+        reason = f"is the same name as `{unicodedata.normalize('NFKC', name)}` to Python, and another one to JavaScript"
+    elif name in RESERVED:
+        reason = "is used by the generated code, or a word of Python or JavaScript"
+    if reason:
         raise BadInput(f"{what}: `{name}` {reason}; choose another.")

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from .emit import Emitter, operations
+from .emit import Emitter, one_line, operations
 from .printer import ROOTS_AND_ARCS, Dialect, Printer
 
 JAVASCRIPT = Dialect(
@@ -36,7 +36,7 @@ class JavaScriptEmitter(Emitter):
 
     def head(self) -> list[str]:
         arguments = ", ".join(symbol.name for symbol in (*self.function.inputs, *self.parameters))
-        doc = f"{self.function.doc.strip()} {operations(self.function, self.parameters)}.".replace("*/", "* /")
+        doc = f"{one_line(self.function.doc)} {operations(self.function, self.parameters)}.".replace("*/", "* /")
         return [f"/** {doc} */", f"export function {self.function.name}({arguments}) {{"]
 
     def body(self) -> list[str]:

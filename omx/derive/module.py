@@ -1,19 +1,25 @@
 """The text of a whole generated module: header, imports, parameters, DH table, functions."""
 
+import re
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 
 import sympy as sp
 
+from ..arrays import HUGE
 from ..dh import DHRow
 from ..errors import BadInput
-from .emit import WIDTH, Emitter, folded, signature
-from .function import RESERVED, Function
+from .emit import WIDTH, Emitter, folded, one_line, signature
+from .function import Function, check_name
 from .javascript import javascript
 from .printer import BATCH, SCALAR, Printer
+from .symbolic import as_expression
 
 #: The first line of the note that every generated module carries; the tests find its notebook by it.
 MARK = "Written by notebooks/"
+
+#: The same line in a module that no chapter of the book writes.
+SCRATCH = "Written by omx.derive. Do not edit: change the derivation and write it again."
 
 Parameters = Mapping[sp.Symbol, object] | Sequence[sp.Symbol]
 
@@ -22,7 +28,7 @@ def source(
     name: str,
     functions: Iterable[Function],
     *,
-    notebook: str,
+    notebook: str | None = None,
     doc: str,
     parameters: Parameters = (),
     rows: Sequence[DHRow] = (),
@@ -44,7 +50,7 @@ def source(
     return "\n".join([header, *_imports(words), *constants]) + "\n\n" + "\n\n".join([*table, *bodies])
 
 
-def script(functions: Iterable[Function], *, notebook: str, doc: str, parameters: Parameters = ()) -> str:
+def script(functions: Iterable[Function], *, notebook: str | None = None, doc: str, parameters: Parameters = ()) -> str:
     """The same functions as the text of a JavaScript module."""
     header = "\n".join(_header(notebook, doc, batch=False))
     return javascript(functions, header, list(parameters), parameter_values(parameters))
@@ -54,33 +60,41 @@ def parameter_values(parameters: Parameters) -> dict[sp.Symbol, sp.Expr]:
     """The value of each parameter, if values are given; `BadInput` unless every one is a real number."""
     values = {}
     for symbol, value in parameters.items() if isinstance(parameters, Mapping) else ():
-        values[symbol] = sp.sympify(value)
-        if not isinstance(values[symbol], sp.Expr) or values[symbol].free_symbols or not values[symbol].is_real:
+        number = values[symbol] = sp.S.NaN if value is None or isinstance(value, str) else as_expression(value)
+        if not isinstance(number, sp.Expr) or number.free_symbols or not number.is_real or not abs(number) < HUGE:
             raise BadInput(f"parameter `{symbol}` must have a real number as its value; got {value!r}.")
     return values
 
 
 def _check_names(name: str, functions: list[Function]) -> None:
-    if not isinstance(name, str) or not name.isidentifier() or name in RESERVED:
-        raise BadInput(f"`name` must be a name for a Python module; got {name!r}.")
+    check_name(name, "the module")
+    for function in functions:
+        if not isinstance(function, Function):
+            raise BadInput(f"`functions` must be a list of omx.derive.Function; it holds {function!r}.")
+        check_name(function.name, "the function")
     names = [function.name + suffix for function in functions for suffix in (SCALAR.suffix, BATCH.suffix)]
     for twice in sorted({name for name in names if names.count(name) > 1}):
         raise BadInput(f"two functions would be called `{twice}`; give each its own name.")
 
 
-def _header(notebook: str, doc: str, batch: bool) -> list[str]:
-    safe = " ".join(doc.split()).replace("\\", "\\\\").replace('"""', "'''")
-    units = "Lengths are in mm, angles in rad."
+def _header(notebook: str | None, doc: str, batch: bool) -> list[str]:
+    if not isinstance(doc, str):
+        raise BadInput(f"`doc` must be a sentence that says what the module is; got {doc!r}.")
+    if notebook is not None and not (isinstance(notebook, str) and re.fullmatch(r"[\w-]+", notebook)):
+        raise BadInput(f"`notebook` must be a chapter's name, such as '03-forward-kinematics'; got {notebook!r}.")
+    safe = one_line(doc).replace("\\", "\\\\").replace('"""', "'''")
+    units = ["Lengths are in mm, angles in rad."]
     if batch:
-        units += " `..._batch` is the same formula for columns (NumPy arrays of one shape)."
-    note = f"{MARK}{notebook}.ipynb. Do not edit: change the chapter and run it."
-    return [*textwrap.wrap(safe, WIDTH - 3), "", note, units]
+        units[0] += " `..._batch` is the same formula for columns: arrays of one"
+        units += ["shape, NumPy's or those of another library that keeps to the array API standard."]
+    note = f"{MARK}{notebook}.ipynb. Do not edit: change the chapter and run it." if notebook else SCRATCH
+    return [*textwrap.wrap(safe, WIDTH - 3), "", note, *units]
 
 
 def _imports(words: Mapping[str, str]) -> list[str]:
     """One paragraph for each group of modules."""
     paragraphs = []
-    for group in (("math",), ("numpy",), ("omx.arrays", "omx.dh")):
+    for group in (("math",), ("omx.arrays", "omx.dh")):
         found = [(module, [word for word in sorted(words) if words[word] == module]) for module in group]
         lines = [_import(module, names) for module, names in found if names]
         if lines:
@@ -89,7 +103,7 @@ def _imports(words: Mapping[str, str]) -> list[str]:
 
 
 def _import(module: str, names: list[str]) -> str:
-    return "import numpy as np" if names == ["np"] else f"from {module} import {', '.join(names)}"
+    return f"from {module} import {', '.join(names)}"
 
 
 def _parameters(values: Mapping[sp.Symbol, sp.Expr], printer: Printer) -> str:
@@ -109,7 +123,7 @@ def _rows(rows: Sequence[DHRow], symbols: list[sp.Symbol], printer: Printer) -> 
     ]
     for row in rows:
         cells = [_number(printer, entry) for entry in (row.theta, row.d, row.a, row.alpha)]
-        unknown = set().union(*(sp.sympify(e).free_symbols for e in row.at(0))) - set(symbols)
+        unknown = set().union(*(as_expression(e).free_symbols for e in row.at(0))) - set(symbols)
         if unknown:
             raise BadInput(f"the DH table uses {', '.join(sorted(map(str, unknown)))}: make each a parameter.")
         code = f"DHRow({', '.join(cells)}{', prismatic=True' if row.prismatic else ''})"
@@ -118,5 +132,5 @@ def _rows(rows: Sequence[DHRow], symbols: list[sp.Symbol], printer: Printer) -> 
 
 
 def _number(printer: Printer, entry) -> str:
-    entry = sp.sympify(entry)
+    entry = as_expression(entry)
     return repr(float(entry)) if entry.is_Rational or entry.is_Float else printer.code(entry)

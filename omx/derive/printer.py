@@ -1,4 +1,4 @@
-"""How one expression looks in each dialect: `math` for one configuration, NumPy for batches, JavaScript for pages."""
+"""How one expression looks in each dialect: `math` for one configuration, arrays for batches, JavaScript for pages."""
 
 import re
 from dataclasses import dataclass
@@ -7,8 +7,9 @@ import sympy as sp
 from sympy.printing.precedence import PRECEDENCE
 from sympy.printing.pycode import PythonCodePrinter
 
+from ..arrays import HUGE
 from ..errors import BadInput
-from .symbolic import wrap
+from .symbolic import as_expression, wrap
 
 #: What an expression may be made of, besides the functions of a dialect.
 PARTS = (sp.Symbol, sp.Rational, sp.Float, sp.Add, sp.Mul, sp.Pow, type(sp.pi))
@@ -46,10 +47,10 @@ SCALAR = Dialect(
 
 BATCH = Dialect(
     suffix="_batch",
-    number="np.ndarray",
-    functions={name: f"np.{re.sub('^a', 'arc', name)}" for name in ROOTS_AND_ARCS}
-    | {"Abs": "np.abs", "Max": "np.maximum", "Min": "np.minimum", wrap.__name__: "wrap({0})"},
-    imports={"wrap": "omx.arrays", "sincos": "omx.arrays", "pi": "math", "np": "numpy"},
+    number="Array",
+    functions={name: f"xp.{name}" for name in ROOTS_AND_ARCS}
+    | {"Abs": "xp.abs", "Max": "xp.maximum", "Min": "xp.minimum", wrap.__name__: "wrap({0})"},
+    imports={**dict.fromkeys(("Array", "namespace", "sincos", "wrap"), "omx.arrays"), "pi": "math"},
     pair="sincos({0})",
 )
 
@@ -68,16 +69,20 @@ class Printer(PythonCodePrinter):
 
     def code(self, expression) -> str:
         """The expression as source text; `BadInput` names what cannot be written."""
-        expression = sp.sympify(expression)
+        expression = as_expression(expression)
         for part in sp.preorder_traversal(expression):
             if not isinstance(part, PARTS) and type(part).__name__ not in self.dialect.functions:
                 known = ", ".join(sorted(self.dialect.functions))
                 raise BadInput(f"cannot write `{part}` as code; the functions that can be written are {known}.")
+            if part.is_number and part.is_Atom and not max(abs(sp.numer(part)), abs(sp.denom(part))) < HUGE:
+                raise BadInput(f"cannot write `{expression}` as code: a number in it is beyond 1e306.")
+            if part.is_Pow and part.base.is_number and part.base.is_negative and not part.exp.is_integer:
+                raise BadInput(f"cannot write `{part}` as code: powers of a negative number are seldom real.")
         return self.doprint(expression)
 
     def use(self, code: str) -> str:
         """`code`, with every importable word in it noted."""
-        self.used |= set(re.findall(r"[a-z]\w*", code)) & self.dialect.imports.keys()
+        self.used |= set(re.findall(r"[A-Za-z]\w*", code)) & self.dialect.imports.keys()
         return code
 
     def _print_Function(self, expression):

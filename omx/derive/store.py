@@ -1,73 +1,201 @@
-"""Generated modules on disk: written whole or not at all, and loaded as they are now."""
+"""Generated modules on disk: read once in their language, written both or neither, and loaded as they are now."""
 
 import contextlib
 import importlib
 import importlib.util
 import os
+import re
+import shutil
+import subprocess
 import sys
+import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from types import ModuleType
 
 from ..dh import DHRow
-from ..errors import OmxError
+from ..errors import BadInput, OmxError
+from ..generated import CHAPTERS
 from .function import Function
-from .module import Parameters, script, source
+from .module import MARK, SCRATCH, Parameters, parameter_values, script, source
 
 GENERATED = Path(__file__).resolve().parent.parent / "generated"
 
 
-def folder() -> Path:
-    """Where modules are written: `omx/generated`, or the folder that OMX_GENERATED names."""
-    return Path(os.environ.get("OMX_GENERATED") or GENERATED).resolve()
+def folder(name: str, notebook: str | None) -> Path:
+    """Where a module is written, unless its caller says where: where OMX_GENERATED says, if it says anything.
+
+    Else what the small module is made of goes to `omx/generated`, and all other modules to the current folder, which
+    is the notebook's.
+    """
+    chosen = os.environ.get("OMX_GENERATED") or (GENERATED if name in CHAPTERS and notebook else ".")
+    return Path(chosen).resolve()
 
 
 def write(
     name: str,
     functions: Iterable[Function],
     *,
-    notebook: str,
     doc: str,
+    notebook: str | None = None,
+    folder: str | os.PathLike | None = None,
     parameters: Parameters = (),
     rows: Sequence[DHRow] = (),
     batch: bool = True,
 ) -> ModuleType:
     """Write `<name>.py`, and the same in JavaScript as `<name>.js`; return the former, freshly loaded.
 
-    `parameters`: the symbols that every function takes after its inputs. A mapping gives their values too,
-    and the module then carries them as `PARAMETERS`. `rows`: a DH table to carry along as `dh_rows(...)`.
-    `notebook`: the name of the chapter that writes it, without folder and ending. `batch=False` leaves the
-    NumPy forms out. The text depends on nothing but these arguments. Raises `BadInput` before anything is
-    written, and `OmxError` where the files cannot be; what was there then stays.
+    The text depends on nothing but these arguments. Raises `BadInput` before anything is written, also for a file
+    that another chapter, or you, have written by this name; and `OmxError` where the files cannot be written. What was
+    there then stays, both files of it.
+
+    Args:
+        name: of the module.
+        functions: what it holds.
+        doc: a sentence that says what it is.
+        notebook: the name of the chapter that writes it, without folder and ending; none for an arm of your own.
+        folder: where to; the notebook's folder if left out, `omx/generated` for the chapters of the book.
+        parameters: the symbols that every function takes after its inputs. A mapping gives their values too, and the
+            module then carries them as `PARAMETERS`.
+        rows: a DH table to carry along as `dh_rows(...)`.
+        batch: False leaves the NumPy forms out.
     """
-    about = {"notebook": notebook, "doc": doc, "parameters": parameters}
-    functions = list(functions)
-    path = folder() / f"{name}.py"
-    texts = {
-        path: source(name, functions, rows=rows, batch=batch, **about),
-        path.with_suffix(".js"): script(functions, **about),
-    }
-    compile(texts[path], str(path), "exec")
-    for target, text in texts.items():
-        _store(target, text)
+    functions = _listed(functions)
+    python = source(name, functions, notebook=notebook, doc=doc, parameters=parameters, rows=rows, batch=batch)
+    javascript = script(functions, notebook=notebook, doc=doc, parameters=parameters)
+    path = _place(name, notebook, folder) / f"{name}.py"
+    _refuse_what_is_not_ours(path, notebook)
+    compile(python, str(path), "exec")
+    if name in CHAPTERS:
+        _refuse_no_arm(parameters)
+    check_javascript(javascript, f"{name}.js")
+    _store({path: python, path.with_suffix(".js"): javascript})
     return _load(name, path)
 
 
-def _store(path: Path, text: str) -> None:
-    """Write the file whole or not at all, and only if it changes."""
-    fresh = path.with_name(f"{path.name}.{os.getpid()}.new")
+def _listed(functions) -> list[Function]:
+    if isinstance(functions, Function) or not isinstance(functions, Iterable):
+        raise BadInput(f"`functions` must be a list of omx.derive.Function; got {functions!r}.")
+    return list(functions)
+
+
+def _place(name: str, notebook: str | None, where) -> Path:
+    if where is None:
+        return folder(name, notebook)
+    if not isinstance(where, (str, os.PathLike)) or not str(where):
+        raise BadInput(f"`folder` must be the path of a folder; got {where!r}.")
+    return Path(where).resolve()
+
+
+def writer(path: Path) -> str | None:
+    """The notebook that wrote a generated module, by its header; "" for a scratch module, None for any other file."""
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        if path.exists() and path.read_bytes() == text.encode():
-            return
-        fresh.write_text(text, encoding="utf-8", newline="\n")
-        os.replace(fresh, path)
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return None
+    for line in text.splitlines():
+        if line.startswith(MARK):
+            return line[len(MARK) :].split(".ipynb")[0]
+        if line == SCRATCH:
+            return ""
+    return None
+
+
+def _refuse_what_is_not_ours(path: Path, notebook: str | None) -> None:
+    """`BadInput` where `path` is another chapter's module, a file of the reader's, or a name that Python uses."""
+    if path.parent == GENERATED and path.stem in CHAPTERS:
+        owner: str | None = CHAPTERS[path.stem]
+    elif path.exists() and path.stat().st_size:
+        owner = writer(path)
+        if owner is None:
+            raise BadInput(f"{path} is there, and no notebook has written it; choose another name.")
+    elif path.parent == GENERATED:
+        raise BadInput(f"`{path.stem}` is no part of the small module; give a `folder` for it.")
+    elif path.stem in sys.stdlib_module_names or path.stem in ("numpy", "sympy", "omx"):
+        raise BadInput(f"`{path.stem}` is a module that Python or the book itself imports; choose another name.")
+    else:
+        return
+    if owner != (notebook or ""):
+        whose = f"notebooks/{owner}.ipynb" if owner else "an arm of your own"
+        raise BadInput(f"`{path.stem}` is the module of {whose}; choose another name, or another `folder`.")
+
+
+def _refuse_no_arm(parameters: Parameters) -> None:
+    """`BadInput` for lengths that would leave `import omx` without an arm."""
+    values = parameter_values(parameters)
+    short = [f"{symbol} = {value}" for symbol, value in values.items() if str(symbol)[0] == "L" and not value > 0]
+    if short:
+        raise BadInput(f"{', '.join(short)} mm makes no arm: every length must be more than 0. Nothing was written.")
+
+
+def check_javascript(text: str, name: str) -> None:
+    """`OmxError` where the text is no JavaScript module: by its brackets, and by Node where there is one."""
+    complaint = _unbalanced(text)
+    node = shutil.which("node")
+    if node is not None and not complaint:
+        complaint = _said_by(node, text)
+    if complaint:
+        raise OmxError(f"{name} would be no JavaScript, so nothing was written: {complaint}")
+
+
+def _said_by(node: str, text: str) -> str:
+    """Node's complaint about a module, one line; empty if there is none, or if Node cannot be asked."""
+    with contextlib.suppress(OSError, subprocess.TimeoutExpired), tempfile.TemporaryDirectory() as aside:
+        module = Path(aside) / "module.mjs"
+        module.write_text(text, encoding="utf-8")
+        said = subprocess.run([node, "--check", str(module)], capture_output=True, encoding="utf-8", timeout=60)
+        return next((line for line in said.stderr.splitlines() if "SyntaxError" in line), "")
+    return ""
+
+
+def _unbalanced(text: str) -> str:
+    """The first bracket that is not closed, or closes nothing, comments and strings apart; empty if there is none."""
+    pairs, open_ones = {")": "(", "]": "[", "}": "{"}, []
+    bare = re.sub(r"/\*.*?\*/|//[^\n]*|\"[^\"\n]*\"", lambda m: "\n" * m[0].count("\n"), text, flags=re.DOTALL)
+    for number, line in enumerate(bare.splitlines(), start=1):
+        for letter in line:
+            if letter in pairs.values():
+                open_ones.append(letter)
+            elif letter in pairs and (not open_ones or open_ones.pop() != pairs[letter]):
+                return f"line {number}: `{letter}` closes nothing"
+    return f"`{open_ones[-1]}` is never closed" if open_ones else ""
+
+
+def _store(texts: dict[Path, str]) -> None:
+    """Write all files or none, each only if it changes."""
+    fresh, old = {}, {}
+    try:
+        for path, text in texts.items():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            old[path] = path.read_bytes() if path.exists() else None
+            if old[path] != text.encode():
+                fresh[path] = path.with_name(f"{path.name}.{os.getpid()}.new")
+                fresh[path].write_text(text, encoding="utf-8", newline="\n")
+        for path, new in fresh.items():
+            os.replace(new, path)
+            _forget_bytecode(path)
     except OSError as error:
+        for touched in fresh:
+            _put_back(touched, old[touched])
         raise OmxError(f"cannot write {path}: {error.strerror or error}. What was there is unchanged.") from error
     finally:
-        with contextlib.suppress(OSError):
-            fresh.unlink(missing_ok=True)
-    if path.suffix == ".py":  # bytecode of the same second and size would pass for that of the new text
+        for new in fresh.values():
+            with contextlib.suppress(OSError):
+                new.unlink(missing_ok=True)
+
+
+def _put_back(path: Path, content: bytes | None) -> None:
+    with contextlib.suppress(OSError):
+        if content is None:
+            path.unlink(missing_ok=True)
+        elif path.read_bytes() != content:
+            path.write_bytes(content)
+            _forget_bytecode(path)
+
+
+def _forget_bytecode(path: Path) -> None:
+    """Bytecode of the same second and size would pass for that of the new text."""
+    if path.suffix == ".py":
         Path(importlib.util.cache_from_source(str(path))).unlink(missing_ok=True)
 
 
@@ -80,6 +208,8 @@ def _load(name: str, path: Path) -> ModuleType:
             return importlib.reload(sys.modules[qualified])
         return importlib.import_module(qualified)
     spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

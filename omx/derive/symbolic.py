@@ -4,13 +4,25 @@ Only notebooks, tests and `omx.derive` import this module; the arm itself never 
 """
 
 import re
+from collections.abc import Mapping
 
+import numpy as np
 import sympy as sp
 from sympy.simplify.fu import TR10i
 
 from .. import arrays
-from ..dh import DHRow, link_rows
-from ..errors import BadInput, NotEqual
+from ..arrays import shown
+from ..dh import exact, exact_angle, link_rows
+from ..errors import BadInput, NotDecided, NotEqual
+
+__all__ = [
+    "Unit", "as_expression", "dh_matrix", "exact", "gather", "numbers", "prove_equal", "residual", "short", "show",
+    "wrap",
+]  # fmt: skip
+
+#: Points at which two sides are compared when their difference does not come out as 0, and how near they must be,
+#: with and without floats in them. They are worked out to 30 digits.
+POINTS, NEAR, EXACTLY_NEAR = 12, 1e-9, 1e-20
 
 
 class wrap(sp.Function):
@@ -28,6 +40,13 @@ class wrap(sp.Function):
         return sp.Integer(1)
 
 
+class _Atan2(sp.Function):
+    """`atan2` as the prose writes it; SymPy would set its 2 as an index."""
+
+    def _latex(self, printer) -> str:
+        return rf"\mathrm{{atan2}}\left({', '.join(printer._print(arg) for arg in self.args)}\right)"
+
+
 class Unit(sp.Symbol):
     """A unit behind a number, set upright: `274 mm`."""
 
@@ -35,31 +54,18 @@ class Unit(sp.Symbol):
         return rf"\,\mathrm{{{self.name}}}"
 
 
+def as_expression(value):
+    """`value` as SymPy's. `BadInput` for what is no number and no expression: text is never evaluated."""
+    try:
+        return sp.sympify(value, strict=True)
+    except (sp.SympifyError, TypeError, ValueError) as error:
+        raise BadInput(f"an expression or a number is wanted; got {shown(value)}.") from error
+
+
 def dh_matrix(theta, d, a, alpha) -> sp.Matrix:
-    """`Rz(theta) Tz(d) Tx(a) Rx(alpha)`, standard convention, 4x4."""
-    return sp.Matrix(link_rows(theta, d, a, alpha, sp.cos, sp.sin))
-
-
-def exact(row: DHRow) -> DHRow:
-    """The row for SymPy: angles that are multiples of 15 deg exact, so that their cosines are 0, 1/2, ...
-
-    Entries may be numbers or expressions: `delta - 1.5707963` becomes `delta - pi/2`, a length 77.0 becomes 77.
-    """
-    return DHRow(_angle(row.theta), _length(row.d), _length(row.a), _angle(row.alpha), row.prismatic)
-
-
-def _angle(value):
-    constant, rest = sp.sympify(value).as_coeff_Add()
-    if constant.is_Float:
-        steps = round(float(constant / (sp.pi / 12)))
-        near = abs(float(constant - steps * sp.pi / 12)) < 1e-12
-        constant = steps * sp.pi / 12 if near else constant
-    return constant + rest
-
-
-def _length(value):
-    value = sp.sympify(value)
-    return sp.Integer(int(value)) if value.is_Float and float(value).is_integer() else value
+    """`Rz(theta) Tz(d) Tx(a) Rx(alpha)`, standard convention, 4x4; quarter turns are exact."""
+    theta, d, a, alpha = map(as_expression, (theta, d, a, alpha))
+    return sp.Matrix(link_rows(exact_angle(theta), d, a, exact_angle(alpha), sp.cos, sp.sin))
 
 
 def gather(expression):
@@ -78,11 +84,12 @@ def residual(difference, relations=()):
 
     `relations`: pairs (symbol, expression for its square), for symbols bound by an identity, such as
     `(s, 1 - D**2)`; they are used in their order. What is left is exactly 0 if, and only if, the difference is 0
-    for all angles and all symbols that keep the relations; half an angle counts as an angle of its own. Works on
-    an expression or a matrix.
+    for all angles and all symbols that keep the relations, as long as it is made of sines, cosines, tangents and
+    their reciprocals; half an angle counts as an angle of its own. Works on an expression or a matrix.
     """
     if isinstance(difference, sp.MatrixBase):
         return difference.applyfunc(lambda entry: residual(entry, relations))
+    difference = _in_sines(as_expression(difference))
     numerator = sp.numer(sp.together(sp.expand(sp.expand_trig(difference))))
     expanded = sp.expand(numerator)
     for symbol, square in relations:
@@ -95,22 +102,88 @@ def residual(difference, relations=()):
 def _reduce_square(expression, base, square):
     """`expression` with base**2 replaced by `square` until only base**0 and base**1 are left."""
     marker = sp.Dummy("base")
-    polynomial = sp.Poly(expression.xreplace({base: marker}), marker)
+    try:
+        polynomial = sp.Poly(expression.xreplace({base: marker}), marker)
+    except sp.PolynomialError:  # the base is under a root, or in an arc: nothing to reduce
+        return expression
     total = sp.Integer(0)
     for (power,), coefficient in polynomial.terms():
         total += coefficient * square ** (power // 2) * base ** (power % 2)
     return sp.expand(total)
 
 
+def _in_sines(expression):
+    """Tangents and reciprocals as sines and cosines, floats as the fractions that they print as."""
+    for function, form in (
+        (sp.tan, lambda angle: sp.sin(angle) / sp.cos(angle)),
+        (sp.cot, lambda angle: sp.cos(angle) / sp.sin(angle)),
+        (sp.sec, lambda angle: 1 / sp.cos(angle)),
+        (sp.csc, lambda angle: 1 / sp.sin(angle)),
+    ):
+        expression = expression.replace(function, form)
+    return sp.nsimplify(expression, rational=True) if expression.has(sp.Float) else expression
+
+
 def prove_equal(left, right, relations=(), name: str = "the difference") -> None:
-    """Prove `left == right` symbolically; raise `NotEqual` with the residual otherwise. Prints nothing."""
-    rest = residual(left - right, relations)
-    if not isinstance(rest, sp.MatrixBase):
-        rest = sp.Matrix([rest])
-    for index, entry in enumerate(rest):
-        if entry != 0:
-            where = f"{name}, entry {divmod(index, rest.cols)}," if len(rest) > 1 else name
-            raise NotEqual(where, entry)
+    """Prove `left == right` symbolically, expressions or matrices. Prints nothing.
+
+    Raises `NotEqual` with numbers at which the sides differ, `NotDecided` where neither a proof nor such numbers are
+    found, `BadInput`. `relations`: see `residual`.
+    """
+    left, right = _as_matrix(left), _as_matrix(right)
+    if left.shape != right.shape:
+        raise BadInput(f"`left` and `right` must have one shape; they have {left.shape} and {right.shape}.")
+    for index, (one, other) in enumerate(zip(left, right, strict=True)):
+        rest = residual(_in_sines(one) - _in_sines(other), relations)
+        if rest == 0:
+            continue
+        where = f"{name}, entry {divmod(index, left.cols)}," if len(left) > 1 else name
+        _find_a_difference(one, other, relations, where, rest)
+        if sp.count_ops(rest) > 100 or relations or sp.simplify(one - other) != 0:
+            raise NotDecided(where, rest)
+
+
+def _as_matrix(value):
+    if isinstance(value, sp.MatrixBase):
+        return value
+    value = as_expression(value)
+    if not isinstance(value, sp.Expr):
+        raise BadInput(f"`left` and `right` must be expressions or matrices; got {shown(value)}.")
+    return sp.Matrix([value])
+
+
+def _find_a_difference(left, right, relations, where: str, rest) -> None:
+    """Raise `NotEqual` with the first numbers, all of them real, at which the sides differ."""
+    near = NEAR if any(side.has(sp.Float) for side in (left, right)) else EXACTLY_NEAR
+    for point in _points((left, right), relations):
+        try:
+            sides = [side.evalf(30, subs=point) for side in (left, right)]
+            apart = complex(sides[0] - sides[1])
+            sides = [complex(side) for side in sides]
+        except (TypeError, ValueError, ZeroDivisionError, OverflowError):  # no value there
+            continue
+        if abs(apart) > near * (1 + max(map(abs, sides))):
+            raise NotEqual(where, rest, {str(symbol): float(value) for symbol, value in point.items()}, tuple(sides))
+
+
+def _points(sides, relations):
+    """Where to compare: real values for every symbol, the same each time; they keep the relations."""
+    bound = [symbol for symbol, _ in relations]
+    squares = {symbol: as_expression(square) for symbol, square in relations}
+    symbols = set().union(*(side.free_symbols for side in (*sides, *squares.values()))) - set(bound)
+    random = np.random.default_rng(0)
+    for _ in range(POINTS):
+        point = {}
+        for symbol in sorted(symbols, key=sp.default_sort_key):
+            value = random.uniform(0.2, 7.0) * (1 if symbol.is_positive else random.choice([-1, 1]))
+            point[symbol] = sp.Integer(round(value) or 1) if symbol.is_integer else sp.Float(value, 30)
+        for _ in bound:
+            for symbol, square in squares.items():
+                number = square.evalf(30, subs=point) if square.free_symbols <= point.keys() else None
+                if symbol not in point and number is not None and number.is_nonnegative:
+                    point[symbol] = sp.sqrt(number) * random.choice([-1, 1])
+        if all(symbol in point for symbol in bound):
+            yield point
 
 
 def show(name: str, *forms) -> sp.Eq:
@@ -118,10 +191,21 @@ def show(name: str, *forms) -> sp.Eq:
 
     More forms stand side by side: `show("A_1", A1, numbers(A1, lengths))` is the formula, then its value.
     """
-    equation = sp.Symbol(name)
+    equation = _typeset(sp.Symbol(name))
     for form in forms:
-        equation = sp.Eq(equation, form, evaluate=False)
+        equation = sp.Eq(equation, _typeset(sp.sympify(form)), evaluate=False)
     return equation
+
+
+def _typeset(expression):
+    """For display: names that are words upright, as the prose sets them, and `atan2` with its 2 on the line."""
+    words = {s: sp.Symbol(rf"\mathrm{{{s.name}}}") for s in expression.free_symbols if _is_word(s)}
+    expression = expression.xreplace(words) if words else expression
+    return expression.replace(sp.atan2, _Atan2) if expression.has(sp.atan2) else expression
+
+
+def _is_word(symbol) -> bool:
+    return len(symbol.name) > 2 and symbol.name.isalpha() and sp.latex(symbol) == symbol.name
 
 
 def short(expression):
@@ -140,7 +224,13 @@ def _abbreviated(wave):
     return sp.Symbol(f"{type(wave).__name__[0]}_{{{subscript}}}", real=True)
 
 
-def numbers(expression, values: dict, digits: int = 3, unit: str = ""):
+def _values(values) -> dict:
+    if not isinstance(values, Mapping):
+        raise BadInput(f"`values` must map each symbol to its number; got {shown(values)}.")
+    return {symbol: as_expression(value) for symbol, value in values.items()}
+
+
+def numbers(expression, values: Mapping, digits: int = 3, unit: str = ""):
     """`expression` with `values` put in, rounded to `digits` decimals: to be shown beside the formula.
 
     Whole numbers come out as integers, so that a matrix of zeros and ones is easy to read. `unit` is written behind
@@ -148,10 +238,12 @@ def numbers(expression, values: dict, digits: int = 3, unit: str = ""):
     """
     if isinstance(expression, sp.MatrixBase):
         return expression.applyfunc(lambda entry: numbers(entry, values, digits))
-    number = sp.sympify(expression).subs(values).evalf()
+    number = as_expression(expression).subs(_values(values), simultaneous=True).evalf()
     if number.free_symbols:
         missing = ", ".join(sorted(symbol.name for symbol in number.free_symbols))
         raise BadInput(f"`values` must hold a number for every symbol; it lacks {missing}.")
+    if not (isinstance(number, sp.Expr) and number.is_real and number.is_finite):
+        raise BadInput(f"with these `values`, {shown(expression)} is no real number; it comes out as {number}.")
     value = round(float(number), digits)
     value = sp.Integer(int(value)) if value.is_integer() else sp.Float(value, 15)
     return sp.Mul(value, Unit(unit), evaluate=False) if unit else value

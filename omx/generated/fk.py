@@ -1,14 +1,13 @@
 """Forward kinematics of the OpenMANIPULATOR-X.
 
 Written by notebooks/03-forward-kinematics.ipynb. Do not edit: change the chapter and run it.
-Lengths are in mm, angles in rad. `..._batch` is the same formula for columns (NumPy arrays of one shape).
+Lengths are in mm, angles in rad. `..._batch` is the same formula for columns: arrays of one
+shape, NumPy's or those of another library that keeps to the array API standard.
 """
 
 from math import asin, cos, pi, remainder, sin, tau
 
-import numpy as np
-
-from omx.arrays import sincos, wrap
+from omx.arrays import Array, sincos, wrap
 from omx.dh import DHRow
 
 #: The arm's lengths (mm) and angles (rad), in the order in which every function takes them.
@@ -17,30 +16,23 @@ PARAMETERS = {
     "L2": 130.0,
     "L3": 124.0,
     "L4": 126.0,
-    "delta": asin(12 / 65),  # 0.185681
+    "delta": asin(12/65),  # 0.185681
 }
 
 
 def dh_rows(L1: float, L2: float, L3: float, L4: float, delta: float) -> tuple[DHRow, ...]:
     """The DH table, a row a joint: theta or d holds the offset that the joint variable is added to."""
     return (
-        DHRow(0.0, L1, 0.0, -pi / 2),
-        DHRow(delta - pi / 2, 0.0, L2, 0.0),
-        DHRow(pi / 2 - delta, 0.0, L3, 0.0),
+        DHRow(0.0, L1, 0.0, -pi/2),
+        DHRow(delta - pi/2, 0.0, L2, 0.0),
+        DHRow(pi/2 - delta, 0.0, L3, 0.0),
         DHRow(0.0, 0.0, L4, 0.0),
     )
 
 
 def pose(
-    q1: float,
-    q2: float,
-    q3: float,
-    q4: float,
-    L1: float,
-    L2: float,
-    L3: float,
-    L4: float,
-    delta: float,
+    q1: float, q2: float, q3: float, q4: float,
+    L1: float, L2: float, L3: float, L4: float, delta: float,
 ) -> tuple[float, float, float, float]:
     """Tool position x, y, z and pitch. 19 operations and 8 sines and cosines."""
     s1, c1 = sin(q1), cos(q1)
@@ -50,25 +42,18 @@ def pose(
     s2_delta, c2_delta = sin(q2_delta), cos(q2_delta)
     q234 = q2 + q3 + q4
     s234, c234 = sin(q234), cos(q234)
-    r = L2 * s2_delta + L3 * c23 + L4 * c234
-    z = L1 + L2 * c2_delta - L3 * s23 - L4 * s234
-    x = r * c1
-    y = r * s1
+    r = L2*s2_delta + L3*c23 + L4*c234
+    z = L1 + L2*c2_delta - L3*s23 - L4*s234
+    x = r*c1
+    y = r*s1
     pitch = remainder(-q234, tau)
     return x, y, z, pitch
 
 
 def pose_batch(
-    q1: np.ndarray,
-    q2: np.ndarray,
-    q3: np.ndarray,
-    q4: np.ndarray,
-    L1: float,
-    L2: float,
-    L3: float,
-    L4: float,
-    delta: float,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    q1: Array, q2: Array, q3: Array, q4: Array,
+    L1: float, L2: float, L3: float, L4: float, delta: float,
+) -> tuple[Array, Array, Array, Array]:
     """Tool position x, y, z and pitch. Columns in, columns out."""
     s1, c1 = sincos(q1)
     q23 = q2 + q3
@@ -77,24 +62,17 @@ def pose_batch(
     s2_delta, c2_delta = sincos(q2_delta)
     q234 = q2 + q3 + q4
     s234, c234 = sincos(q234)
-    r = L2 * s2_delta + L3 * c23 + L4 * c234
-    z = L1 + L2 * c2_delta - L3 * s23 - L4 * s234
-    x = r * c1
-    y = r * s1
+    r = L2*s2_delta + L3*c23 + L4*c234
+    z = L1 + L2*c2_delta - L3*s23 - L4*s234
+    x = r*c1
+    y = r*s1
     pitch = wrap(-q234)
     return x, y, z, pitch
 
 
 def transform(
-    q1: float,
-    q2: float,
-    q3: float,
-    q4: float,
-    L1: float,
-    L2: float,
-    L3: float,
-    L4: float,
-    delta: float,
+    q1: float, q2: float, q3: float, q4: float,
+    L1: float, L2: float, L3: float, L4: float, delta: float,
 ) -> tuple:
     """T_base_tool, as rows of the 4x4 matrix. 26 operations and 8 sines and cosines."""
     s1, c1 = sin(q1), cos(q1)
@@ -104,26 +82,19 @@ def transform(
     s2_delta, c2_delta = sin(q2_delta), cos(q2_delta)
     q234 = q2 + q3 + q4
     s234, c234 = sin(q234), cos(q234)
-    r = L2 * s2_delta + L3 * c23 + L4 * c234
-    z = L1 + L2 * c2_delta - L3 * s23 - L4 * s234
+    r = L2*s2_delta + L3*c23 + L4*c234
+    z = L1 + L2*c2_delta - L3*s23 - L4*s234
     return (
-        (c1 * c234, -c1 * s234, -s1, r * c1),
-        (s1 * c234, -s1 * s234, c1, r * s1),
+        (c1*c234, -c1*s234, -s1, r*c1),
+        (s1*c234, -s1*s234, c1, r*s1),
         (-s234, -c234, 0, z),
         (0, 0, 0, 1),
     )
 
 
 def transform_batch(
-    q1: np.ndarray,
-    q2: np.ndarray,
-    q3: np.ndarray,
-    q4: np.ndarray,
-    L1: float,
-    L2: float,
-    L3: float,
-    L4: float,
-    delta: float,
+    q1: Array, q2: Array, q3: Array, q4: Array,
+    L1: float, L2: float, L3: float, L4: float, delta: float,
 ) -> tuple:
     """T_base_tool, as rows of the 4x4 matrix. Columns in, columns out; constants are plain numbers."""
     s1, c1 = sincos(q1)
@@ -133,26 +104,19 @@ def transform_batch(
     s2_delta, c2_delta = sincos(q2_delta)
     q234 = q2 + q3 + q4
     s234, c234 = sincos(q234)
-    r = L2 * s2_delta + L3 * c23 + L4 * c234
-    z = L1 + L2 * c2_delta - L3 * s23 - L4 * s234
+    r = L2*s2_delta + L3*c23 + L4*c234
+    z = L1 + L2*c2_delta - L3*s23 - L4*s234
     return (
-        (c1 * c234, -c1 * s234, -s1, r * c1),
-        (s1 * c234, -s1 * s234, c1, r * s1),
+        (c1*c234, -c1*s234, -s1, r*c1),
+        (s1*c234, -s1*s234, c1, r*s1),
         (-s234, -c234, 0, z),
         (0, 0, 0, 1),
     )
 
 
 def frames(
-    q1: float,
-    q2: float,
-    q3: float,
-    q4: float,
-    L1: float,
-    L2: float,
-    L3: float,
-    L4: float,
-    delta: float,
+    q1: float, q2: float, q3: float, q4: float,
+    L1: float, L2: float, L3: float, L4: float, delta: float,
 ) -> tuple:
     """T_0_1 .. T_0_4, each as rows of a 4x4 matrix. 47 operations and 8 sines and cosines."""
     s1, c1 = sin(q1), cos(q1)
@@ -162,12 +126,12 @@ def frames(
     s2_delta, c2_delta = sin(q2_delta), cos(q2_delta)
     q234 = q2 + q3 + q4
     s234, c234 = sin(q234), cos(q234)
-    r_2 = L2 * s2_delta
-    z_2 = L1 + L2 * c2_delta
-    r_3 = L3 * c23 + r_2
-    z_3 = z_2 - L3 * s23
-    r_4 = L4 * c234 + r_3
-    z_4 = z_3 - L4 * s234
+    r_2 = L2*s2_delta
+    z_2 = L1 + L2*c2_delta
+    r_3 = L3*c23 + r_2
+    z_3 = z_2 - L3*s23
+    r_4 = L4*c234 + r_3
+    z_4 = z_3 - L4*s234
     T_0_1 = (
         (c1, 0, -s1, 0),
         (s1, 0, c1, 0),
@@ -175,20 +139,20 @@ def frames(
         (0, 0, 0, 1),
     )
     T_0_2 = (
-        (c1 * s2_delta, c1 * c2_delta, -s1, r_2 * c1),
-        (s1 * s2_delta, s1 * c2_delta, c1, r_2 * s1),
+        (c1*s2_delta, c1*c2_delta, -s1, r_2*c1),
+        (s1*s2_delta, s1*c2_delta, c1, r_2*s1),
         (c2_delta, -s2_delta, 0, z_2),
         (0, 0, 0, 1),
     )
     T_0_3 = (
-        (c1 * c23, -c1 * s23, -s1, r_3 * c1),
-        (s1 * c23, -s1 * s23, c1, r_3 * s1),
+        (c1*c23, -c1*s23, -s1, r_3*c1),
+        (s1*c23, -s1*s23, c1, r_3*s1),
         (-s23, -c23, 0, z_3),
         (0, 0, 0, 1),
     )
     T_0_4 = (
-        (c1 * c234, -c1 * s234, -s1, r_4 * c1),
-        (s1 * c234, -s1 * s234, c1, r_4 * s1),
+        (c1*c234, -c1*s234, -s1, r_4*c1),
+        (s1*c234, -s1*s234, c1, r_4*s1),
         (-s234, -c234, 0, z_4),
         (0, 0, 0, 1),
     )
@@ -196,15 +160,8 @@ def frames(
 
 
 def frames_batch(
-    q1: np.ndarray,
-    q2: np.ndarray,
-    q3: np.ndarray,
-    q4: np.ndarray,
-    L1: float,
-    L2: float,
-    L3: float,
-    L4: float,
-    delta: float,
+    q1: Array, q2: Array, q3: Array, q4: Array,
+    L1: float, L2: float, L3: float, L4: float, delta: float,
 ) -> tuple:
     """T_0_1 .. T_0_4, each as rows of a 4x4 matrix. Columns in, columns out; constants are plain
     numbers."""
@@ -215,12 +172,12 @@ def frames_batch(
     s2_delta, c2_delta = sincos(q2_delta)
     q234 = q2 + q3 + q4
     s234, c234 = sincos(q234)
-    r_2 = L2 * s2_delta
-    z_2 = L1 + L2 * c2_delta
-    r_3 = L3 * c23 + r_2
-    z_3 = z_2 - L3 * s23
-    r_4 = L4 * c234 + r_3
-    z_4 = z_3 - L4 * s234
+    r_2 = L2*s2_delta
+    z_2 = L1 + L2*c2_delta
+    r_3 = L3*c23 + r_2
+    z_3 = z_2 - L3*s23
+    r_4 = L4*c234 + r_3
+    z_4 = z_3 - L4*s234
     T_0_1 = (
         (c1, 0, -s1, 0),
         (s1, 0, c1, 0),
@@ -228,20 +185,20 @@ def frames_batch(
         (0, 0, 0, 1),
     )
     T_0_2 = (
-        (c1 * s2_delta, c1 * c2_delta, -s1, r_2 * c1),
-        (s1 * s2_delta, s1 * c2_delta, c1, r_2 * s1),
+        (c1*s2_delta, c1*c2_delta, -s1, r_2*c1),
+        (s1*s2_delta, s1*c2_delta, c1, r_2*s1),
         (c2_delta, -s2_delta, 0, z_2),
         (0, 0, 0, 1),
     )
     T_0_3 = (
-        (c1 * c23, -c1 * s23, -s1, r_3 * c1),
-        (s1 * c23, -s1 * s23, c1, r_3 * s1),
+        (c1*c23, -c1*s23, -s1, r_3*c1),
+        (s1*c23, -s1*s23, c1, r_3*s1),
         (-s23, -c23, 0, z_3),
         (0, 0, 0, 1),
     )
     T_0_4 = (
-        (c1 * c234, -c1 * s234, -s1, r_4 * c1),
-        (s1 * c234, -s1 * s234, c1, r_4 * s1),
+        (c1*c234, -c1*s234, -s1, r_4*c1),
+        (s1*c234, -s1*s234, c1, r_4*s1),
         (-s234, -c234, 0, z_4),
         (0, 0, 0, 1),
     )

@@ -1,18 +1,19 @@
 """Inverse kinematics by velocities: the Jacobian inverted with damping, and the iteration built on it.
 
-The task is (x, y, z, pitch). So that millimetres and radians can be weighed against each other, a radian of pitch
-counts as `RADIAN_MM` millimetres; damping has then the unit mm.
+The task is (x, y, z, pitch). So that millimetres and radians can be weighed against each other, a radian counts as
+`RADIAN_MM` millimetres; damping has then the unit mm.
 """
 
 from dataclasses import dataclass
-from math import pi, tau
 
 import numpy as np
 
-from ..arrays import as_rows
+from .. import kinematics
+from ..arrays import as_count, as_number, as_rows, wrap
+from ..dh import Chain
 from ..errors import BadInput
-from ..geometry import COURSE, Geometry
-from ..kinematics import JOINT_ANGLES, TASK_POSE, jacobian, pose
+from ..geometry import COURSE, Geometry, as_arm
+from ..kinematics import JOINT_ANGLES, TASK_POSE
 
 #: How many millimetres one radian of pitch counts as: the length of the hand.
 RADIAN_MM = 126.0
@@ -22,9 +23,9 @@ _WEIGHTS = np.array([1.0, 1.0, 1.0, RADIAN_MM])
 
 @dataclass(frozen=True)
 class Iteration:
-    """What an iterative inverse did: the final `q` (4,) rad; `converged`; `steps`; `errors`, one (mm) a step.
+    """What an iterative inverse did: the final `q` (joints,) rad; `converged`; `steps`; `errors`, one (mm) a step.
 
-    `path` (steps + 1, 4) has the joint angles after each step, the start first.
+    `path` (steps + 1, joints) has the joint values after each step, the start first.
     """
 
     q: np.ndarray
@@ -36,7 +37,7 @@ class Iteration:
 
 def task_jacobian(q, geometry: Geometry = COURSE) -> np.ndarray:
     """d(x, y, z, pitch)/dq, (..., 4, 4): the linear rows of the Jacobian (mm/rad), then the row of the pitch."""
-    J = jacobian(q, geometry)
+    J = kinematics.jacobian(q, geometry)
     pitch = np.broadcast_to([0.0, -1.0, -1.0, -1.0], (*J.shape[:-2], 1, 4))
     return np.concatenate([J[..., :3, :], pitch], axis=-2)
 
@@ -47,45 +48,133 @@ def manipulability(q, geometry: Geometry = COURSE) -> np.ndarray:
 
 
 def joint_velocity(q, velocity, damping: float = 0.0, geometry: Geometry = COURSE) -> np.ndarray:
-    """Joint velocities (4,) rad/s that give the tool `velocity` [x, y, z, pitch] (mm/s, rad/s) at `q` (rad).
+    """Joint velocities (..., 4) rad/s that give the tool `velocity` at `q`, one for each or one for all.
 
-    With `damping` (mm) > 0 the answer is the least-squares compromise between following and moving little (damped
-    least squares): at most |velocity| / (2 damping), even where the arm is singular. With 0 it is exact, and
-    `numpy.linalg.LinAlgError` or huge values say where it is not possible.
+    With `damping` > 0 the answer is the least-squares compromise between following and moving little (damped least
+    squares): at most |velocity| / (2 damping), even where the arm is singular. With 0 it is exact, and
+    `numpy.linalg.LinAlgError` or huge values say where it is not possible. Raises `BadInput`.
+
+    Args:
+        q: joint angles (..., 4), rad.
+        velocity: of x, y, z (mm/s) and pitch (rad/s), (..., 4).
+        damping: in mm, 0 or more.
+        geometry: the arm's lengths.
     """
     velocity = as_rows(velocity, "velocity", 4, "x, y, z in mm/s and pitch in rad/s")
-    if not damping >= 0:
-        raise BadInput(f"`damping` must be 0 mm or more; got {damping}.")
+    damping = as_number(damping, "damping", "0 mm or more", low=0.0)
     J = task_jacobian(q, geometry) * _WEIGHTS[:, None]
-    wanted = velocity * _WEIGHTS
-    if damping == 0:
-        return np.linalg.solve(J, wanted)
-    return J.T @ np.linalg.solve(J @ J.T + damping**2 * np.eye(4), wanted)
+    _one_for_each(J.shape[:-2], "q", velocity.shape[:-1], "velocity")
+    return _damped(J, velocity * _WEIGHTS, damping)
 
 
-def task_error(target, q, geometry: Geometry = COURSE) -> np.ndarray:
-    """`target` minus the pose at `q`, (4,): mm, and the pitch (rad) the short way round."""
-    error = np.asarray(target, dtype=float) - pose(q, geometry)
-    error[3] = pi - (pi - error[3]) % tau
+def task_error(pose, q, geometry: Geometry = COURSE) -> np.ndarray:
+    """`pose` minus the pose at `q`, (..., 4): mm, and the pitch (rad) the short way round; half a turn counts up."""
+    pose = as_rows(pose, "pose", 4, TASK_POSE)
+    here = np.asarray(kinematics.pose(q, geometry))
+    _one_for_each(pose.shape[:-1], "pose", here.shape[:-1], "q")
+    error = pose - here
+    error[..., 3] = wrap(error[..., 3])
     return error
 
 
 def iterate(
-    target, start, damping: float = 1.0, steps: int = 100, tolerance: float = 1e-6, geometry: Geometry = COURSE
+    pose, start, damping: float = 1.0, steps: int = 100, tolerance: float = 1e-6, geometry: Geometry | Chain = COURSE
 ) -> Iteration:
-    """Newton's way to the inverse: step by step from `start` (rad) towards `target` [x, y, z, pitch] (mm, rad).
+    """Newton's way to the inverse: step by step from `start` towards `pose`, for this arm or any `Chain`.
 
-    Stops when the weighed error is below `tolerance` (mm), or after `steps`. It finds one solution, near the start if
-    all goes well; it does not know joint limits, and cannot tell "out of reach" from "stuck". Compare `omx.ik`.
+    It finds one solution, near the start if all goes well; it does not know joint limits, and cannot tell "out of
+    reach" from "stuck". Compare `omx.ik`. Raises `BadInput`.
+
+    Args:
+        pose: where the tool should be. For a `Geometry` x, y, z (mm) and pitch (rad), (4,). For a `Chain` the tip's
+            position alone, (3,) mm, or position and rotation, a transform (4, 4).
+        start: joint values (joints,), rad (mm where prismatic).
+        damping: in mm, 0 or more; see `joint_velocity`.
+        steps: the most steps to take.
+        tolerance: stop when the error, a radian weighed as 126 mm, is below this (mm).
+        geometry: the arm.
     """
-    target = as_rows(target, "target", 4, TASK_POSE)
-    q = as_rows(start, "start", 4, JOINT_ANGLES).copy()
+    arm = as_arm(geometry)
+    damping = as_number(damping, "damping", "0 mm or more", low=0.0)
+    steps, tolerance = as_count(steps, "steps", 0), as_number(tolerance, "tolerance", "0 mm or more", low=0.0)
+    task = _chain_task(pose, arm) if isinstance(arm, Chain) else _pose_task(pose, arm)
+    joints = len(arm) if isinstance(arm, Chain) else 4
+    q = _one(start, "start", joints, "one joint value for each joint" if joints != 4 else JOINT_ANGLES).copy()
     path, errors = [q.copy()], []
     for _ in range(steps + 1):
-        error = task_error(target, q, geometry)
-        errors.append(float(np.linalg.norm(error * _WEIGHTS)))
+        error, J = task(q)
+        errors.append(float(np.linalg.norm(error)))
         if errors[-1] < tolerance or len(path) > steps:
             break
-        q = q + joint_velocity(q, error, damping, geometry)
+        q = q + _damped(J, error, damping)
+        if not np.isfinite(q).all():
+            raise BadInput("the steps grow beyond all numbers: start somewhere else, or with more `damping`.")
         path.append(q.copy())
     return Iteration(q, errors[-1] < tolerance, len(path) - 1, np.array(errors), np.array(path))
+
+
+def _pose_task(pose, geometry):
+    """q -> the weighed error of x, y, z, pitch and its Jacobian."""
+    pose = _one(pose, "pose", 4, TASK_POSE)
+    return lambda q: (
+        task_error(pose, q, geometry) * _WEIGHTS,
+        task_jacobian(q, geometry) * _WEIGHTS[:, None],
+    )
+
+
+def _chain_task(pose, chain: Chain):
+    """q -> the error of a chain's tip (mm), and of its rotation, if that is asked for, and the Jacobian."""
+    if np.shape(pose) == (4, 4):
+        goal = as_rows(pose, "pose", 4, "a transform (4, 4)")
+        point, rotation = goal[:3, 3], goal[:3, :3]
+    else:
+        point, rotation = _one(pose, "pose", 3, f"the tip's x, y, z in mm, or a transform (4, 4), for {chain!r}"), None
+
+    def task(q):
+        T, J = chain.fk(q), chain.jacobian(q)
+        if rotation is None:
+            return point - T[:3, 3], J[:3]
+        turn = _rotation_vector(rotation @ T[:3, :3].T)
+        weights = np.repeat([1.0, RADIAN_MM], 3)
+        return np.concatenate([point - T[:3, 3], turn]) * weights, J * weights[:, None]
+
+    return task
+
+
+def _damped(J, wanted, damping: float) -> np.ndarray:
+    """The joint steps for the task steps `wanted` (..., m); the least ones where J (..., m, n) is not square."""
+    if damping == 0 and J.shape[-1] == J.shape[-2]:
+        return np.linalg.solve(J, wanted[..., None])[..., 0]
+    if damping == 0:
+        return (np.linalg.pinv(J) @ wanted[..., None])[..., 0]
+    turned = np.swapaxes(J, -1, -2)
+    inner = J @ turned + damping**2 * np.eye(J.shape[-2])
+    return (turned @ np.linalg.solve(inner, wanted[..., None]))[..., 0]
+
+
+def _rotation_vector(R) -> np.ndarray:
+    """Axis times angle (3,), rad, of a rotation: the short way, at most half a turn."""
+    axis = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+    sine, cosine = 0.5 * np.linalg.norm(axis), 0.5 * (np.trace(R) - 1.0)
+    if sine < 1e-9 and cosine < 0:  # half a turn, about either sense of the axis
+        outer = 0.5 * (R + np.eye(3))
+        column = outer[:, int(np.argmax(np.diag(outer)))]
+        return np.pi * column / np.linalg.norm(column)
+    return axis * (0.5 if sine < 1e-9 else 0.5 * np.arctan2(sine, cosine) / sine)
+
+
+def _one(value, name: str, columns: int, wanted: str) -> np.ndarray:
+    """One row of `columns` numbers; `BadInput` for several."""
+    row = as_rows(value, name, columns, wanted)
+    if row.ndim != 1:
+        raise BadInput(f"`{name}` must be {wanted}, shape ({columns},), one at a time; got shape {row.shape}.")
+    return row
+
+
+def _one_for_each(first: tuple, name: str, second: tuple, other: str) -> None:
+    try:
+        np.broadcast_shapes(first, second)
+    except ValueError:
+        raise BadInput(
+            f"`{name}` and `{other}` must have a row for each other, or one for all; got {first} and {second} rows."
+        ) from None

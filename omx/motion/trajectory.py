@@ -4,23 +4,34 @@ A scaling turns normalised time u in [0, 1] into progress s in [0, 1] with its f
 `Trajectory` is sampled: times (s), joint angles, velocities and accelerations (rad, rad/s, rad/s^2).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil
+from math import ceil, inf, tau
+from typing import Protocol
 
 import numpy as np
 
+from .. import kinematics
 from ..arm import LIMITS
-from ..arrays import as_rows
-from ..errors import BadInput, OmxError, PathBlocked
+from ..arrays import as_four, as_number, as_rows, shown, wrap
+from ..dh import as_limits, clipped, limit_violations
+from ..errors import BadInput, JointLimit, OmxError, PathBlocked
 from ..geometry import COURSE, Geometry
-from ..kinematics import pose, solve_ik
+from ..kinematics import JOINT_ANGLES, TASK_POSE
 from .differential_ik import joint_velocity, manipulability
 
-Scaling = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
+
+class Scaling(Protocol):
+    """Normalised time u (N,) in [0, 1] -> progress s, ds/du and d2s/du2, each (N,)."""
+
+    def __call__(self, u: np.ndarray, /) -> tuple[np.ndarray, np.ndarray, np.ndarray]: ...
+
 
 #: A smaller |det| of the task Jacobian than this, relative to its size a long way from singularities, is singular.
 NEAR_SINGULAR = 1e-3
+
+#: The smallest number that counts as positive here, and the most samples of one motion.
+TINY, MOST_SAMPLES = 1e-9, 1e7
 
 
 @dataclass(frozen=True)
@@ -39,14 +50,17 @@ class Trajectory:
 
     def poses(self, geometry: Geometry = COURSE) -> np.ndarray:
         """The tool's x, y, z, pitch at each sample, (N, 4), mm and rad."""
-        return pose(self.q, geometry)
+        return np.asarray(kinematics.pose(self.q, geometry))
 
     def at(self, seconds: float) -> np.ndarray:
         """Joint angles (4,) at a time between the samples; the ends hold before and after."""
+        seconds = as_number(seconds, "seconds", "a time in seconds", -inf, inf)
         return np.array([np.interp(seconds, self.t, column) for column in self.q.T])
 
     def then(self, other: "Trajectory") -> "Trajectory":
         """This motion and then the other, which must begin where this one ends."""
+        if not isinstance(other, Trajectory):
+            raise BadInput(f"`other` must be a Trajectory; got {shown(other)}.")
         gap = np.abs(self.q[-1] - other.q[0]).max()
         if gap > 1e-6:
             raise BadInput(f"`other` must begin where this trajectory ends; a joint would jump by {gap:.6f} rad.")
@@ -68,9 +82,11 @@ def quintic(u):
 
 
 def trapezoid(ramp: float = 0.25) -> Scaling:
-    """Constant acceleration for `ramp` of the time, constant speed, and the same ramp down: a servo's profile."""
-    if not 0 < ramp <= 0.5:
-        raise BadInput(f"`ramp` must be a share of the time in (0, 0.5]; got {ramp}.")
+    """Constant acceleration for `ramp` of the time, constant speed, and the same ramp down: a servo's profile.
+
+    Unlike `cubic` and `quintic` it is called to be passed on: `scaling=trapezoid(0.3)`.
+    """
+    ramp = as_number(ramp, "ramp", "a share of the time in (0, 0.5]", TINY, 0.5)
     speed = 1 / (1 - ramp)
 
     def scaling(u):
@@ -84,20 +100,29 @@ def trapezoid(ramp: float = 0.25) -> Scaling:
     return scaling
 
 
-def joint_move(q0, q1, seconds: float, scaling: Scaling = quintic, rate: float = 100.0) -> Trajectory:
-    """All joints from `q0` to `q1` (rad) together, along a straight line in joint space; `rate` samples a second."""
-    q0, q1 = _angles(q0, "q0"), _angles(q1, "q1")
-    t, (s, ds, dds) = _timeline(seconds, scaling, rate)
-    way = q1 - q0
-    return Trajectory(t, q0 + np.outer(s, way), np.outer(ds, way) / seconds, np.outer(dds, way) / (seconds * seconds))
+def joint_move(start, goal, seconds: float, scaling: Scaling = quintic, rate: float = 100.0) -> Trajectory:
+    """All joints from `start` to `goal` (rad) together, along a straight line in joint space; `rate` samples a second.
+
+    Joints have ends, so each turns from its one value to the other: 350 deg is not 10 deg the other way.
+    """
+    start, goal = np.array(as_four(start, "start", JOINT_ANGLES)), np.array(as_four(goal, "goal", JOINT_ANGLES))
+    seconds, t, (s, ds, dds) = _timeline(seconds, scaling, rate)
+    way = goal - start
+    return Trajectory(
+        t, start + np.outer(s, way), np.outer(ds, way) / seconds, np.outer(dds, way) / (seconds * seconds)
+    )
 
 
-def joint_path(waypoints, seconds: float | Sequence[float], scaling: Scaling = quintic, rate: float = 100.0):
+def joint_path(
+    waypoints, seconds: float | Sequence[float], scaling: Scaling = quintic, rate: float = 100.0
+) -> Trajectory:
     """Through `waypoints` (N, 4) rad in turn, resting at each; `seconds` for each leg, or one number for all."""
-    q = as_rows(waypoints, "waypoints", 4, "joint angles in rad")
+    q = as_rows(waypoints, "waypoints", 4, JOINT_ANGLES)
     if q.ndim != 2 or len(q) < 2:
         raise BadInput(f"`waypoints` must be at least two configurations, shape (N, 4); got {q.shape}.")
-    legs = np.broadcast_to(np.asarray(seconds, dtype=float), (len(q) - 1,))
+    legs = [seconds] * (len(q) - 1) if np.ndim(seconds) == 0 else list(seconds)
+    if len(legs) != len(q) - 1:
+        raise BadInput(f"`seconds` must be one number, or one for each of the {len(q) - 1} legs; got {len(legs)}.")
     path = joint_move(q[0], q[1], legs[0], scaling, rate)
     for start, end, duration in zip(q[1:-1], q[2:], legs[1:], strict=True):
         path = path.then(joint_move(start, end, duration, scaling, rate))
@@ -134,26 +159,43 @@ def joint_spline(waypoints, seconds: float | Sequence[float], rate: float = 100.
 
 
 def line(
-    q0,
-    target,
+    start,
+    pose,
     seconds: float,
     scaling: Scaling = quintic,
     rate: float = 100.0,
     geometry: Geometry = COURSE,
     limits=LIMITS,
-    max_speed: float = np.inf,
+    max_speed: float = inf,
 ) -> Trajectory:
-    """The tool on a straight line from where it is at `q0` (rad) to the pose `target` [x, y, z, pitch] (mm, rad).
+    """The tool on a straight line from where it is at `start` to `pose`; the pitch turns evenly, the short way round.
 
     Each sample is solved by the inverse, staying on the branch of the sample before; joint velocities come from
-    the Jacobian. Raises `PathBlocked` where the line leaves the reach or a joint its limits, where the arm is
-    singular, or where a joint would be faster than `max_speed` (rad/s).
+    the Jacobian. Half a turn of the pitch goes up. Raises `PathBlocked` where the line leaves the reach or a joint its
+    limits, where the arm is singular, or where a joint would be too fast; `JointLimit` if `start` is outside its limits
+    already; `BadInput`.
+
+    Args:
+        start: joint angles (4,), rad.
+        pose: x, y, z in mm and pitch in rad, (4,).
+        seconds: how long it takes.
+        scaling: how it speeds up and slows down: `cubic`, `quintic` or `trapezoid(...)`.
+        rate: samples a second.
+        geometry: the arm's lengths.
+        limits: one (low, high) in rad a joint.
+        max_speed: the fastest that a joint may turn (rad/s).
     """
-    q0 = _angles(q0, "q0")
-    start = np.array(pose(q0, geometry))
-    way = np.asarray(_angles(target, "target")) - start
-    t, (s, ds, _) = _timeline(seconds, scaling, rate)
-    poses = start + np.outer(s, way)
+    q0 = np.array(as_four(start, "start", JOINT_ANGLES))
+    limits = limits if limits is LIMITS else as_limits(limits, 4)
+    max_speed = as_number(max_speed, "max_speed", "a speed in rad/s", TINY, inf)
+    outside = limit_violations(q0, limits)
+    if outside:
+        raise JointLimit(outside, clipped(q0, limits), "the line starts outside the limits")
+    first = np.array(kinematics.pose(q0, geometry))
+    way = np.array(as_four(pose, "pose", TASK_POSE)) - first
+    way[3] = wrap(way[3])
+    seconds, t, (s, ds, _) = _timeline(seconds, scaling, rate)
+    poses = first + np.outer(s, way)
     q, qd = np.empty_like(poses), np.empty_like(poses)
     for i, wanted in enumerate(poses):
         last = q[i - 1] if i else q0
@@ -161,16 +203,25 @@ def line(
             q[i] = _next(wanted, last, geometry, limits)
             qd[i] = _joint_velocity(q[i], way * ds[i] / seconds, geometry, max_speed)
         except OmxError as reason:
-            raise PathBlocked(float(s[max(i - 1, 0)]), pose(last, geometry), last, reason) from reason
+            reached = kinematics.pose(last, geometry)
+            raise PathBlocked(float(s[max(i - 1, 0)]), reached, last, reason) from reason
     qdd = np.gradient(qd, t, axis=0, edge_order=2) if len(t) > 2 else np.zeros_like(qd)
     return Trajectory(t, q, qd, qdd)
 
 
 def _next(wanted, last, geometry, limits):
-    solution = np.array(solve_ik(wanted, last, geometry, limits))
-    jump = np.abs(solution - last).max()
-    if jump > 0.5:
-        raise OmxError(f"the arm would have to change its branch: a joint would jump by {np.degrees(jump):.0f} deg.")
+    """The joint angles for the next sample, whole turns added where the limits allow what is nearer to the last."""
+    solution = np.array(kinematics.solve_ik(wanted, last, geometry, limits))
+    turned = solution + tau * np.round((last - solution) / tau)
+    low, high = np.transpose(limits)
+    solution = np.where((low <= turned) & (turned <= high), turned, solution)
+    jumps = np.abs(solution - last)
+    worst = int(jumps.argmax())
+    if jumps[worst] > 0.5:
+        name, jump = f"q{worst + 1}", np.degrees(jumps[worst])
+        if abs(wrap(solution[worst] - last[worst])) < 0.5:
+            raise OmxError(f"{name} is at its limit, and would have to turn {jump:.0f} deg back to go on.")
+        raise OmxError(f"the arm would have to change its branch: a joint would jump by {jump:.0f} deg.")
     return solution
 
 
@@ -189,14 +240,19 @@ def _joint_velocity(q, task_velocity, geometry, max_speed):
 
 
 def _timeline(seconds: float, scaling: Scaling, rate: float):
-    if not (np.isfinite(seconds) and seconds > 0 and rate > 0):
-        raise BadInput(f"`seconds` and `rate` must be positive numbers; got {seconds} and {rate}.")
+    """`seconds` as a float, the times of the samples, and what the scaling makes of them."""
+    seconds = as_number(seconds, "seconds", "a positive number of seconds", TINY)
+    rate = as_number(rate, "rate", "a positive number of samples a second", TINY)
+    if seconds * rate > MOST_SAMPLES:
+        raise BadInput(f"`seconds` times `rate` must be at most {MOST_SAMPLES:.0e} samples; got {seconds * rate:.1e}.")
     t = np.linspace(0.0, seconds, max(2, ceil(seconds * rate) + 1))
-    return t, scaling(t / seconds)
-
-
-def _angles(value, name: str) -> np.ndarray:
-    row = as_rows(value, name, 4, "four numbers (rad; mm for x, y, z)")
-    if row.ndim != 1:
-        raise BadInput(f"`{name}` must be four numbers; got shape {row.shape}.")
-    return row
+    wanted = "`scaling` must turn times u in [0, 1] into (s, ds/du, d2s/du2), as `quintic` and `trapezoid(0.25)` do"
+    if scaling is trapezoid:
+        raise BadInput(f"{wanted}; `trapezoid` itself must be called first: write `trapezoid()`.")
+    try:
+        s, ds, dds = (np.asarray(part, dtype=float) for part in scaling(t / seconds))
+    except (TypeError, ValueError) as error:
+        raise BadInput(f"{wanted}; {shown(scaling)} does not.") from error
+    if not s.shape == ds.shape == dds.shape == t.shape:
+        raise BadInput(f"{wanted}; {shown(scaling)} gives other shapes.")
+    return seconds, t, (s, ds, dds)

@@ -4,7 +4,6 @@ Without a package index it cannot be made: then this is skipped, but on CI it fa
 """
 
 import contextlib
-import re
 import subprocess
 from xml.etree import ElementTree
 
@@ -16,6 +15,7 @@ from book.setup.paths import ROOT, Stop
 from tests.conftest import ON_CI
 
 MODULES = ("tests/analysis/test_compiled.py", "tests/analysis/test_workspace_maps.py")
+ARRAYS = "tests/analysis/test_arrays_of_others.py"
 MARK = "OMX_OPTIONAL_RUN"
 TIMEOUT_S = 600  # it takes half a minute on a machine that is not busy
 
@@ -31,10 +31,15 @@ def python():
 @pytest.fixture(scope="module")
 def cases(python, tmp_path_factory):
     """Every test of the modules, run where numba and dask are: name -> why it was skipped, or None."""
-    report = tmp_path_factory.mktemp("optional") / "report.xml"
-    command = [python, "-m", "pytest", "-q", "-p", "no:cacheprovider", f"--junitxml={report}", *MODULES]
+    return run_in("fast", python, MODULES, tmp_path_factory.mktemp("optional"))
+
+
+def run_in(name, python, modules, folder):
+    """The modules' tests in an environment of their own: name -> why it was skipped, or None."""
+    report = folder / "report.xml"
+    command = [python, "-m", "pytest", "-q", "-p", "no:cacheprovider", f"--junitxml={report}", *modules]
     run = subprocess.run(
-        command, cwd=ROOT, env={**extra_envs.variables("fast"), MARK: str(report)}, capture_output=True, text=True,
+        command, cwd=ROOT, env={**extra_envs.variables(name), MARK: str(report)}, capture_output=True, text=True,
         timeout=TIMEOUT_S, check=False,
     )  # fmt: skip
     assert run.returncode == 0, run.stdout[-5000:] + run.stderr[-2000:]
@@ -72,13 +77,15 @@ def test_nothing_is_skipped_for_want_of_numba_or_dask(cases, capsys):
         print(f"\nwith numba and dask: {len(ran)} tests passed, {len(cases) - len(ran)} had nothing to test")
 
 
-def test_each_way_of_computing_was_tried_as_often_as_the_others(cases):
-    """The same tests with numba, without it, and as plain Python; some have nothing to test without a compiler."""
-    ways = {way: {re.sub(r"\[\w+", "[", name) for name in cases if f"[{way}" in name} for way in ("numba", "python")}
-    assert len(ways["numba"]) > 30
-    assert ways["numba"] == ways["python"]
-    assert [name for name, why in cases.items() if "[numba" in name and why] == []
-
-
 def test_a_dask_cluster_counted(cases):
     assert cases["test_counts_do_not_depend_on_a_cluster_that_listens_on_the_loopback_address"] is None
+
+
+def test_the_formulas_serve_the_arrays_of_jax_dask_and_the_standard(tmp_path):
+    """JAX, Dask and the strict form of the array API standard: nothing is skipped where they are."""
+    try:
+        cases = run_in("arrays", extra_envs.python("arrays"), [ARRAYS], tmp_path)
+    except Stop as stop:
+        (pytest.fail if ON_CI else pytest.skip)(str(stop))
+    assert len(cases) > 20
+    assert [name for name, why in cases.items() if why and "[torch" not in name and "[cupy" not in name] == []

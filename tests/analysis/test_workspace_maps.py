@@ -178,8 +178,8 @@ def test_space_and_plane_count_the_same_tips():
 @pytest.mark.parametrize("chain", [omx.COURSE.chain, STANFORD], ids=lambda chain: chain.name)
 def test_any_chain_can_be_sampled(chain):
     step = 10.0 if chain.name != "Stanford arm" else 0.1
-    counts = workspace.count_plane(20_000, seed=1, arm=chain, step=step)
-    q = workspace.sample_joints(20_000, seed=1, arm=chain)
+    counts = workspace.count_plane(20_000, seed=1, geometry=chain, step=step)
+    q = workspace.sample_joints(20_000, seed=1, geometry=chain)
     r = np.hypot(*chain.fk(q)[:, :2, 3].T)
     assert counts.counts.sum() == 20_000
     assert counts.hit[:, 0].max() == pytest.approx(r.max(), abs=step)
@@ -188,7 +188,7 @@ def test_any_chain_can_be_sampled(chain):
 
 def test_a_chain_without_limits_is_refused():
     with pytest.raises(omx.BadInput, match="limits"):
-        workspace.count_plane(100, arm=omx.Chain([(0, 1, 0, 0)]))
+        workspace.count_plane(100, geometry=omx.Chain([(0, 1, 0, 0)]))
 
 
 @pytest.mark.parametrize("samples", [0, -5, 2.5, "many"])
@@ -198,5 +198,5 @@ def test_a_bad_number_of_samples_is_refused(samples):
 
 
 def test_a_cell_without_size_is_refused():
-    with pytest.raises(omx.BadInput, match="positive"):
+    with pytest.raises(omx.BadInput, match="more than 0"):
         workspace.count_plane(100, step=0.0)

@@ -39,7 +39,12 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--report", action="store_true", help="measure everything, also against other libraries and the"
                         " book itself, and write build/bench/report.md with a figure (about 8 minutes)")  # fmt: skip
     parser.add_argument("--quick", action="store_true", help="fewer rounds; with --report a small version (a minute)")
+    parser.add_argument("--gpu", action="store_true", help="JAX, PyTorch and CuPy on this machine's graphics processor")
     options = parser.parse_args(arguments)
+    if options.gpu:
+        from tests.bench import gpu
+
+        return gpu.main()
     if options.report:
         from tests.bench.report import report
 

@@ -2,10 +2,13 @@
 
 import copy
 import json
+import re
 
 import pytest
 
-from book.chapters import lint, normalise
+from book.chapters import lint, new, normalise
+from book.chapters.cells import source
+from book.setup.paths import ROOT, Stop
 from tests.helpers.chapter import chapter, code, markdown
 
 CHAPTERS = sorted(normalise.NOTEBOOKS.glob("*.ipynb"))
@@ -17,7 +20,7 @@ def test_chapter_keeps_the_conventions(path):
     assert not found, "\n".join(found)
 
 
-def problems(tmp_path, cells, name="07-scratch.ipynb"):
+def problems(tmp_path, cells, name="98-scratch.ipynb"):
     path = tmp_path / name
     normalise.write(path, normalise.normalise({"cells": cells, "nbformat": 4}))
     return lint.problems(path)
@@ -90,7 +93,7 @@ BROKEN = {
     "ends with 'solution'": added(markdown("**Exercise 9** Hint: no", tags=["exercise"]), code("1", tags=["solution"])),
     "no cell tagged 'predict'": metadata("**Predict**", tags=[]),
     "no cell tagged 'play'": metadata("**Play**", tags=[]),
-    "without alt text": added(markdown("![](07-scratch.ipynb)")),
+    "without alt text": added(markdown("![](98-scratch.ipynb)")),
     "has an <img> without alt text": added(markdown("<img src='a.png'>")),
     "points to 08-nowhere.ipynb": added(markdown("See [the next](08-nowhere.ipynb).")),
     "stores a warning": outputs(stream("careful\n", "stderr")),
@@ -117,7 +120,7 @@ def test_a_name_without_number_is_caught(tmp_path):
 
 
 def test_a_notebook_out_of_stored_form_is_caught(tmp_path):
-    path = tmp_path / "07-scratch.ipynb"
+    path = tmp_path / "98-scratch.ipynb"
     path.write_text(json.dumps(normalise.normalise({"cells": chapter(), "nbformat": 4})))
     assert "is not in stored form" in "\n".join(lint.problems(path))
 
@@ -132,3 +135,84 @@ def test_the_start_chapter_needs_no_exercises(tmp_path):
     cells = [cell for cell in cells if not {"exercise", "solution", "check"} & set(cell["metadata"]["tags"])]
     assert problems(tmp_path, cells, "00-scratch.ipynb") == []
     assert "has no section '## Exercises'" in "\n".join(problems(tmp_path, cells))
+
+
+# ---- a new chapter ----------------------------------------------------------------------------------------
+
+
+def test_a_new_chapter_runs_and_lacks_only_its_words(monkeypatch, tmp_path):
+    first = sorted(normalise.NOTEBOOKS.glob("*.ipynb"))[-1]
+    (tmp_path / first.name).write_bytes(first.read_bytes())
+    monkeypatch.setattr(new, "NOTEBOOKS", tmp_path)
+    path = new.new("light-and-shadow")
+    assert path.name == f"{int(first.name[:2]) + 1:02}-light-and-shadow.ipynb"
+    complaints = lint.problems(path)
+    assert all("still says «" in line or "hook of one sentence" in line for line in complaints), complaints
+    with pytest.raises(Stop, match="hyphens"):
+        new.new("Light and shadow")
+
+
+def test_a_chapter_is_named_by_its_beginning():
+    (path,) = normalise.chapters(["03"])
+    assert path.name.startswith("03-")
+    assert normalise.chapters([str(path)]) == [path]
+    with pytest.raises(SystemExit, match="There is no chapter '77'"):
+        normalise.chapters(["77"])
+
+
+# ---- the student works ------------------------------------------------------------------------------------
+
+EXERCISE = "### Exercise 7.{} · A name\n\n*Difficulty 2 of 5, about 10 minutes.*\n\nDo it. *Hint:* think."
+RECALL = "\n\n".join("**Why?**\n\n<details><summary>Answer</summary>\n\nSo.\n\n</details>" for _ in range(3))
+IN_WORDS = "**Model answer.** Because.\n\n**Rubric.** One point for the cause."
+
+
+def a_working_chapter():
+    cells = [markdown(RECALL, tags=["recall"])]
+    for number in range(1, 7):
+        cells.append(markdown(EXERCISE.format(number), tags=["exercise"]))
+        if number == 6:
+            cells.append(markdown(IN_WORDS, tags=["solution"]))
+        else:
+            cells += [code("x = 1", tags=["solution"]), code("check.expression(x, y)", tags=["check"])]
+    cells.insert(2, code("def f(): return 2", tags=["broken"]))
+    return cells
+
+
+def test_a_chapter_in_which_the_student_works():
+    assert list(lint.the_student_works(a_working_chapter())) == []
+    assert list(lint.exercises(a_working_chapter())) == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("<summary>Answer</summary>", "", "wants one cell tagged 'recall'"),
+        ("*Difficulty 2 of 5", "*Difficulty 6 of 5", "without a line"),
+        ("check.expression(x, y)", "assert x", "0 exercises judged by"),
+        ("def f(): return 2", None, "broken on purpose"),
+        ("**Rubric.**", "Rubric:", "no exercise in words"),
+        ("### Exercise 7.6", None, "5 exercises"),
+    ],
+)
+def test_work_that_is_missing_is_named(old, new, message):
+    changed = old if new is None else new
+    cells = [{**cell, "source": cell["source"].replace(old, changed)} for cell in a_working_chapter()]
+    cells = [cell for cell in cells if new is not None or old not in cell["source"]]
+    assert message in "\n".join(what for _, what in lint.the_student_works(cells))
+
+
+def test_an_answer_in_words_needs_no_check_but_code_does():
+    cells = a_working_chapter()
+    assert "ends with 'solution'" in str(list(lint.exercises([*cells[:-1], code("x = 1", tags=["solution"])])))
+
+
+def test_the_course_plan_gives_the_exercises_their_time():
+    """Its table says how many exercises a chapter has, and how long they take together."""
+    plan = (ROOT / "book" / "teach" / "course.md").read_text(encoding="utf-8")
+    for path in CHAPTERS:
+        if path.name.startswith(lint.BROUGHT_UP):
+            text = "\n".join(source(cell) for cell in normalise.read(path)["cells"])
+            minutes = [int(m) for m in re.findall(r"^\*Difficulty \d of 5, about (\d+) minutes", text, re.M)]
+            row = rf"\| \[[^]]+\]\(../../notebooks/{path.name}\) \| \d+ \| {len(minutes)} \| {sum(minutes)} \|"
+            assert re.search(row, plan), f"{path.name}: {len(minutes)} exercises, {sum(minutes)} minutes"

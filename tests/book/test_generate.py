@@ -1,4 +1,4 @@
-"""`python -m omx.derive`: a scratch chapter writes its module, and the check notices every way to disagree."""
+"""`python run.py generate`: a scratch chapter writes its module, and the check notices every way to disagree."""
 
 import subprocess
 import sys
@@ -101,4 +101,4 @@ def test_the_command_explains_itself():
         [sys.executable, "-m", "book.chapters.generate", "--chek"], capture_output=True, text=True, timeout=60
     )
     assert done.returncode == 2
-    assert done.stderr == "usage: python run.py generate [--check]\n"
+    assert done.stderr == "usage: python run.py generate [--check, --ship, --restore]\n"

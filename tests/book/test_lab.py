@@ -1,11 +1,13 @@
 """`run.py lab`, really: JupyterLab answers on 127.0.0.1 and nowhere else, and leaves no process behind."""
 
 import signal
+from pathlib import Path
 
 import psutil
 import pytest
 
 from book.chapters import normalise
+from book.reader.saving import WIDGET
 from book.setup import paths
 from tests.helpers.lab import run_in_kernel, running_lab
 
@@ -37,6 +39,29 @@ def test_a_chapter_with_a_scene_opens_no_port(lab, kernel):
     run_in_kernel(lab, kernel, SCENE)
     assert lab.listening() == before
     assert {address for address, _ in before} == {"127.0.0.1"}
+
+
+def test_the_start_ends_with_the_chapters_address_and_how_to_stop(lab):
+    lab.log.flush()
+    said = Path(lab.log.name).read_text(encoding="utf-8").splitlines()
+    first = FIRST.relative_to(paths.ROOT).as_posix()
+    assert said[0].startswith(f"The book: {lab.url}/lab/tree/{first}?token=")
+    assert said[0].endswith("(to stop it: Ctrl-C here, twice)")
+
+
+def test_saving_a_chapter_that_was_run_leaves_its_file_as_it_is(lab):
+    """Through the server, as the browser saves: a checkout stays clean, so that an update is never in the way."""
+    before, path = FIRST.read_bytes(), f"contents/{FIRST.relative_to(paths.ROOT).as_posix()}"
+    model = lab.ask(path)
+    for count, cell in enumerate(c for c in model["content"]["cells"] if c["cell_type"] == "code"):
+        cell["execution_count"] = count + 7
+        cell["outputs"].append({"output_type": "display_data", "metadata": {}, "data": {WIDGET: {"model_id": "1"}}})
+    model["content"]["metadata"]["language_info"]["version"] = "3.11.99"
+    try:
+        lab.ask(path, {"type": "notebook", "content": model["content"]}, method="PUT")
+        assert FIRST.read_bytes() == before
+    finally:
+        FIRST.write_bytes(before)
 
 
 def test_a_killed_kernel_leaves_no_process(lab, kernel):

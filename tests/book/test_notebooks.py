@@ -1,10 +1,11 @@
 """The notebooks write the generated modules, byte for byte; nbval compares their outputs beside this file."""
 
 import os
+import shutil
 
 import pytest
 
-from book.chapters import execute, generate, normalise
+from book.chapters import execute, generate, normalise, runs
 
 CHAPTERS = sorted(normalise.NOTEBOOKS.glob("*.ipynb"))
 WRITERS = sorted(set(generate.sources().values()))
@@ -12,11 +13,16 @@ WRITERS = sorted(set(generate.sources().values()))
 
 @pytest.fixture(scope="module", params=["0", "4242"])
 def written(request, tmp_path_factory):
-    """A folder with all that the writing chapters write, run under one hash seed."""
+    """A folder with all that the writing chapters write, run under one hash seed; 0 is that of the kept runs."""
     folder = tmp_path_factory.mktemp("generated")
-    environment = {**os.environ, "OMX_GENERATED": str(folder), "PYTHONHASHSEED": request.param}
-    for name in WRITERS:
-        execute.run(normalise.NOTEBOOKS / f"{name}.ipynb", env=environment)
+    paths = [normalise.NOTEBOOKS / f"{name}.ipynb" for name in WRITERS]
+    if request.param == "0":
+        runs.run_all(paths)
+        for path in paths:
+            shutil.copytree(runs.generated(path), folder, dirs_exist_ok=True)
+    else:
+        for path in paths:
+            execute.run(path, env={**os.environ, "OMX_GENERATED": str(folder), "PYTHONHASHSEED": request.param})
     return folder
 
 

@@ -4,6 +4,7 @@ import ast
 import hashlib
 import importlib.util
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -14,7 +15,8 @@ from pathlib import Path
 
 import pytest
 
-from book.setup import installers, launch, lock, paths
+from book.reader import lab
+from book.setup import installers, launch, lock, names, paths, settings
 from book.setup.paths import ROOT
 
 UV = shutil.which("uv", path=str(Path(sys.executable).parent)) or shutil.which("uv")
@@ -241,6 +243,12 @@ def test_a_killed_set_up_is_taken_up(clone):
 
 
 @pytest.mark.skipif(paths.WINDOWS, reason="signals to process groups are POSIX")
+def test_a_closed_terminal_leaves_nothing_half_done(clone):
+    assert stopped_by(clone, signal.SIGHUP)[0] == -signal.SIGHUP
+    assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest"
+
+
+@pytest.mark.skipif(paths.WINDOWS, reason="signals to process groups are POSIX")
 def test_ctrl_c_says_how_to_go_on(clone):
     status, said = stopped_by(clone, signal.SIGINT)
     assert status == 130
@@ -258,6 +266,178 @@ def test_two_first_runs_wait_for_each_other(clone):
     assert [process.returncode for process in pair] == [0, 0], said
     assert sorted("Set-up complete." in out for out, _ in said) == [False, True]
     assert all(out.splitlines()[-1] == "tiny pytest" for out, _ in said)
+
+
+# ---- a hostile machine ---------------------------------------------------------------------------------
+
+#: Settings for other work, which must neither stop nor mislead a set-up; the tiny package must land in .venv.
+FOREIGN = {
+    "PIP_USER": "1",
+    "PIP_TARGET": "{folder}/elsewhere",
+    "PIP_PREFIX": "{folder}/elsewhere",
+    "PIP_ROOT": "{folder}/elsewhere",
+    "PIP_REQUIRE_HASHES": "1",
+    "PIP_REQUIRE_VIRTUALENV": "0",
+    "PIP_CONSTRAINT": "{folder}/no such file",
+    "PIP_REQUIREMENT": "{folder}/no such file",
+    "PIP_NO_BINARY": ":all:",
+    "PIP_DRY_RUN": "1",
+    "PIP_PYTHON": "/no/python",
+    "PIP_LOG": "/no/folder/log",
+    "PIP_CONFIG_FILE": "{folder}/.config/pip/pip.conf",
+    "UV_TARGET": "{folder}/elsewhere",
+    "UV_PREFIX": "{folder}/elsewhere",
+    "UV_EXCLUDE_NEWER": "2001-01-01",
+    "UV_REQUIRE_HASHES": "1",
+    "UV_NO_BINARY": "1",
+    "UV_CONSTRAINT": "{folder}/no such file",
+    "UV_OVERRIDE": "{folder}/no such file",
+    "UV_PYTHON": "2.7",
+    "UV_SYSTEM_PYTHON": "1",
+    "UV_BREAK_SYSTEM_PACKAGES": "1",
+    "UV_CONFIG_FILE": "{folder}/uv.toml",
+    "VIRTUAL_ENV": "/no/environment",
+    "CONDA_PREFIX": "/no/environment",
+    "PYTHONPATH": "{folder}/elsewhere",
+    "PYTHONSAFEPATH": "1",
+    "PYTHONOPTIMIZE": "2",
+    "PYTHONDONTWRITEBYTECODE": "1",
+    "PYTHONNOUSERSITE": "1",
+    "PYTHONIOENCODING": "ascii",
+    "PYTHONUTF8": "0",
+    "LC_ALL": "C",
+    "JUPYTER_PREFER_ENV_PATH": "0",
+}
+
+
+@pytest.mark.parametrize("uv", [True, False], ids=["uv", "pip"])
+def test_the_users_settings_for_other_work_do_not_reach_the_installers(clone, tmp_path, uv):
+    """All of them at once; the first Python, `run.py`'s own, must bear them, too."""
+    hostile = {"uv.toml": 'exclude-newer = "2001-01-01"\nrequire-hashes = true\n'}
+    hostile |= {".config/uv/uv.toml": hostile["uv.toml"], ".config/pip/pip.conf": "[install]\nuser = true\n"}
+    for name, text in hostile.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    clone.stub_uv("import sys; sys.exit('no wheels for this machine')")
+    clone.package("1.0", "import os, pytest; print(pytest.__file__, '|', *os.environ)")
+    foreign = {name: value.format(folder=tmp_path) for name, value in FOREIGN.items()}
+    done = clone.run("test", uv=uv, **foreign, UV_NO_CONFIG="0")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert ("uv could not" in done.stdout) != uv
+    where, _, left = done.stdout.splitlines()[-1].partition(" | ")
+    assert Path(where).parent.parent == clone.site_packages()
+    harmless = {"VIRTUAL_ENV", "CONDA_PREFIX", "PYTHONNOUSERSITE", "PYTHONIOENCODING", "PYTHONUTF8", "LC_ALL"}
+    assert set(left.split()) & set(foreign) <= harmless
+    assert not (tmp_path / "elsewhere").exists()
+
+
+def test_the_users_index_proxy_and_certificate_hold(tmp_path):
+    uv = tmp_path / "uv" / "uv.toml"
+    uv.parent.mkdir()
+    uv.write_text(
+        'exclude-newer = "2001-01-01"\nnative-tls = true\nallow-insecure-host = ["a", "b"]\n'
+        '[pip]\nextra-index-url = ["e"]\n'
+        '[[index]]\nname = "work"\nurl = "w"\n[[index]]\nurl = "d"\ndefault = true\n'
+    )
+    expected = {"UV_NO_CONFIG": "1", "UV_NATIVE_TLS": "1", "UV_INSECURE_HOST": "a b", "UV_EXTRA_INDEX_URL": "e"}
+    expected |= {"UV_INDEX": "work=w", "UV_DEFAULT_INDEX": "d"}
+    assert settings.for_uv({"XDG_CONFIG_HOME": str(tmp_path)}) == expected
+    del expected["UV_INDEX"]
+    assert settings.for_uv({"XDG_CONFIG_HOME": str(tmp_path), "UV_INDEX": "mine"}) == expected, "a variable is stronger"
+    listed = "global.cert='c'\nglobal.timeout='9'\ninstall.user='true'\n:env:.target='t'\n"
+    listed += "install.extra-index-url='\\na\\nb'\n"
+    expected = {
+        "PIP_CONFIG_FILE": os.devnull,
+        "PIP_CERT": "c",
+        "PIP_DEFAULT_TIMEOUT": "9",
+        "PIP_EXTRA_INDEX_URL": "a b",
+    }
+    assert settings.for_pip(listed, {}) == expected
+    kept = ("PIP_INDEX_URL", "PIP_CERT", "PIP_PROXY", "UV_DEFAULT_INDEX", "UV_INDEX_WORK_PASSWORD", "HTTPS_PROXY")
+    assert not any(settings.is_foreign(name) for name in kept)
+
+
+@pytest.mark.parametrize(
+    "name", ["a  b", "it's", 'say "hi"', "#1 100% $HOME", "Übung 手本", r"back\slash", "-x", "n" * 200]
+)
+def test_the_folder_may_have_any_name(clone, tmp_path, name):
+    if paths.WINDOWS and set(name) & set('"\\'):
+        pytest.skip("no name on Windows")
+    clone.root = clone.root.rename(tmp_path / name)
+    first, second = clone.run("test"), clone.run("test")
+    assert first.returncode == 0, first.stdout + first.stderr
+    assert second.stdout == "tiny pytest\n"
+    ask = [clone.python, "-c", "import omx; print(ascii(omx.WHERE))"]
+    done = subprocess.run(ask, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert Path(ast.literal_eval(done.stdout)).samefile(clone.root / "omx" / "__init__.py")
+
+
+@pytest.mark.skipif(paths.WINDOWS, reason="names that Windows does not have")
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [("9:12", "divides the entries of PATH"), (os.fsdecode(b"caf\xe9"), "no UTF-8"), ("two\nlines", "two lines")],
+)
+def test_a_folder_in_which_no_environment_can_be_is_told(clone, tmp_path, name, told):
+    clone.root = clone.root.rename(tmp_path / name)
+    sentence = one_sentence(clone.run("test"))
+    assert told in sentence
+    assert "give the folder another name or place" in sentence
+
+
+@pytest.mark.parametrize("flags", ["-P", "-I", "-OO", "-B", "-X utf8=0"])
+def test_pythons_own_options_do_not_matter(clone, flags):
+    command = [base_python(), *flags.split(), str(clone.root / "run.py"), "test"]
+    done = subprocess.run(command, env=clone.environment(), capture_output=True, text=True, check=False)
+    assert done.stdout.splitlines()[-1] == "tiny pytest", done.stderr
+
+
+@pytest.mark.skipif(paths.WINDOWS, reason="closed by a POSIX shell")
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
+def test_closed_streams_do_not_matter(clone, closed):
+    clone.package("1.0", "import pathlib; pathlib.Path('ran').touch()")
+    words = ["sh", "-c", f'exec "$0" "$1" test {closed}', base_python(), str(clone.root / "run.py")]
+    assert subprocess.run(words, env=clone.environment(), check=False, capture_output=True).returncode == 0
+    assert (clone.root / "ran").exists()
+
+
+@pytest.mark.skipif(paths.WINDOWS, reason="Windows has a profile instead of HOME")
+@pytest.mark.parametrize("home", ["missing", "a file"])
+def test_without_a_home_folder_there_is_one_in_the_environment(clone, tmp_path, home):
+    (tmp_path / "a file").touch()
+    clone.package("1.0", "import os, pathlib; print(os.environ['HOME'], os.access(pathlib.Path.home(), os.W_OK))")
+    done = clone.run("test", HOME=str(tmp_path / home))
+    assert done.stdout.splitlines()[-1] == f"{clone.root / '.venv' / 'home'} True", done.stderr
+
+
+def test_what_went_missing_or_was_replaced_is_noticed_and_named(clone):
+    wheel(clone.wheels, "helper", "1.0", {"helper.py": ""})
+    clone.pin(None, "pytest==1.0", "helper==1.0", "uv==0.0.1", "# ---- below")
+    assert clone.run("test").returncode == 0
+    assert clone.run("test").stdout == "tiny pytest\n"
+    for name in ("helper.py", "helper-1.0.dist-info"):
+        path = clone.site_packages() / name
+        path.unlink() if path.is_file() else shutil.rmtree(path)
+    done = clone.run("test")
+    assert "Completing .venv: helper 1.0 is missing, or was replaced by another version." in done.stdout
+    assert (clone.site_packages() / "helper.py").exists()
+    wheel(clone.wheels, "mine", "1.0", {"mine.py": ""})
+    shutil.copytree(clone.site_packages() / "helper-1.0.dist-info", clone.site_packages() / "mine-1.0.dist-info")
+    assert clone.run("test").stdout == "tiny pytest\n", "a package of the reader's own is left alone"
+
+
+def test_repair_looks_at_an_environment_that_is_called_complete(clone):
+    assert clone.run("test").returncode == 0
+    (clone.site_packages() / "pytest" / "__main__.py").write_text("half")
+    assert clone.run("test").returncode != 0
+    assert "Some of its packages are not whole: pytest" in clone.run("repair").stdout
+    assert clone.run("test").stdout == "tiny pytest\n"
+
+
+def test_a_socket_in_a_long_home_is_counted_in_bytes(monkeypatch):
+    monkeypatch.setattr(lab.sys, "platform", "linux")
+    for folder, is_short in (("/tmp/" + "a" * 45, True), ("/tmp/" + "a" * 46, False), ("/tmp/" + "手" * 16, False)):
+        monkeypatch.setenv("JUPYTER_RUNTIME_DIR", folder)
+        assert ("--KernelManager.transport=ipc" in lab.options([])) == is_short, folder
 
 
 # ---- one clear sentence --------------------------------------------------------------------------------
@@ -323,12 +503,8 @@ def test_environment_missing(clone):
     assert "environment.txt is missing" in one_sentence(clone.run("test"))
 
 
-def test_unknown_command_and_chapter(clone):
+def test_unknown_command(clone):
     assert "There is no command 'tset'; the commands are test" in one_sentence(clone.run("tset"))
-    (clone.root / "notebooks").mkdir()
-    (clone.root / "notebooks" / "00-start.ipynb").write_text("{}")
-    assert clone.run("test").returncode == 0
-    assert "There is no chapter '07'; the chapters are 00-start." in one_sentence(clone.run("lab", "07"))
 
 
 # ---- launching -----------------------------------------------------------------------------------------
@@ -367,16 +543,76 @@ def test_starting_loads_the_standard_library_only():
     assert {name.split(".")[0] for name in done.stdout.split()} == {"book"}
 
 
-def test_lab_listens_on_loopback_and_opens_the_first_chapter():
-    arguments = launch.lab_arguments(["--no-browser"])
-    assert "--ServerApp.ip=127.0.0.1" in arguments
-    assert "--no-browser" in arguments
-    assert Path(arguments[-1]) == sorted(paths.NOTEBOOKS.glob("*.ipynb"))[0]
+def test_lab_listens_on_loopback_and_opens_the_first_chapter_of_the_reader():
+    notebook, options = lab.command_line(["--no-browser"])
+    assert "--ServerApp.ip=127.0.0.1" in options
+    assert "--no-browser" in options
+    first = min(paths.NOTEBOOKS.glob("*.ipynb")).name
+    assert notebook == paths.WORK / first
+    assert options[-1] == f"--LabApp.default_url=/lab/tree/work/{first}"
+    assert lab.command_line(["--author"])[0] == paths.NOTEBOOKS / first
 
 
-def test_an_option_of_the_reader_replaces_ours():
-    arguments = launch.lab_arguments(["--ServerApp.root_dir=elsewhere"])
-    assert [a for a in arguments if "root_dir" in a] == ["--ServerApp.root_dir=elsewhere"]
+@pytest.mark.parametrize(
+    ("given", "ours"),
+    [
+        ("--ServerApp.root_dir=elsewhere", "root_dir"),
+        ("--notebook-dir=elsewhere", "root_dir"),
+        ("--ServerApp.notebook_dir=elsewhere", "root_dir"),
+        ("--ip=127.0.0.2", "ServerApp.ip"),
+        ("--debug", "log_level"),
+    ],
+)
+def test_an_option_of_the_reader_replaces_ours_in_any_spelling(given, ours):
+    said = [option for option in lab.options([given]) if ours in option]
+    assert len(said) == 1, "JupyterLab takes each option once"
+    assert said[0].split("=")[1] == given.partition("=")[2] or given == "--debug"
+
+
+def test_a_notebook_outside_is_named_with_the_way_to_open_it(tmp_path):
+    notebook = tmp_path / "mine.ipynb"
+    notebook.write_text("{}")
+    with pytest.raises(paths.Stop, match=f"not below .* or add --notebook-dir={tmp_path}"):
+        lab.command_line([str(notebook)])
+    opened, options = lab.command_line([str(notebook), f"--notebook-dir={tmp_path}"])
+    assert opened == notebook
+    assert options[-1] == "--LabApp.default_url=/lab/tree/mine.ipynb"
+
+
+@pytest.mark.parametrize(
+    ("name", "chapter"),
+    [
+        *(("1", "01"), ("3", "03"), ("03", "03"), ("10", "10"), ("forward", "03"), ("03-forward-kinematics", "03")),
+        *(("Forward Kinematics", "03"), ("03-forward-kinematics.ipynb", "03"), ("lab-fk", "07"), ("0", "00")),
+    ],
+)
+def test_one_rule_names_a_chapter(name, chapter):
+    assert names.chapter(name).name.startswith(f"{chapter}-")
+    assert names.chapter(name, paths.WORK).parent == paths.WORK
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("lab", "fits more than one chapter: 07-lab-fk, 08-lab-ik"),
+        ("77", "There is no chapter '77'; the chapters are 00-"),
+        ("build/student/01", "There is no file 'build/student/01'"),
+        ("../01-planar-arms.ipynb", "There is no file"),
+    ],
+)
+def test_what_names_no_chapter_is_told(name, told, monkeypatch):
+    monkeypatch.chdir(ROOT / "tests")
+    with pytest.raises(paths.Stop, match=re.escape(told)):
+        names.chapter(name)
+
+
+def test_a_path_opens_that_file_and_a_labs_duplicate_is_no_chapter(tmp_path, monkeypatch):
+    (tmp_path / "03-forward-kinematics.ipynb").touch()
+    (tmp_path / "03-forward-kinematics-Copy1.ipynb").touch()
+    monkeypatch.setattr(names, "NOTEBOOKS", tmp_path)
+    assert names.chapter(str(tmp_path / "03-forward-kinematics-Copy1.ipynb")).name.endswith("Copy1.ipynb")
+    assert names.chapter("3", tmp_path) == names.chapter(str(tmp_path / "03-forward-kinematics.ipynb"))
+    assert [path.name for path in names.chapters()] == ["03-forward-kinematics.ipynb"]
 
 
 # ---- the lock ------------------------------------------------------------------------------------------

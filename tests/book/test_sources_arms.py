@@ -49,7 +49,7 @@ def test_the_textbooks_arms_are_the_products_of_their_moves(rows):
 
 def test_its_workspace_by_ten_thousand_samples_fills_a_shell_about_the_shoulder():
     arm = textbook(THREE, limits=SIX_LIMITS[:3])
-    tips = workspace.tips(workspace.sample_joints(10_000, arm=arm), arm)
+    tips = workspace.tips(workspace.sample_joints(10_000, geometry=arm), arm)
     away = np.linalg.norm(tips - [0, 0, 300], axis=1)
     assert 100 - 1e-9 <= away.min() < 102
     assert 898 < away.max() <= 900 + 1e-9
@@ -100,6 +100,31 @@ def test_erratum_the_fast_program_forgets_the_offset():
     np.testing.assert_array_equal(forgetful(textbook(SIX)).fk(q), textbook(SIX).fk(q))
     gap = np.linalg.norm(forgetful(COURSE.chain).fk(omx.ZERO)[:3, 3] - omx.fk(omx.ZERO)[:3, 3])
     assert round(gap) == 166
+
+
+def test_erratum_zip_drops_a_joint_silently():
+    """Five angles for six joints: paired by `zip` the last row, 100 mm long, is left out; ours refuses."""
+    arm, q = textbook(SIX), rad(30, 45, -60, 20, 40)
+    dropped = np.linalg.norm((Chain(arm.rows[:5]).fk(q) - arm.fk([*q, 0.2]))[:3, 3])
+    assert round(dropped) == 100
+    with pytest.raises(omx.OmxError, match=r"got shape \(5,\)"):
+        arm.fk(q)
+
+
+def test_the_wrist_axes_of_the_six_joint_arm_meet_in_one_point():
+    """Pieper's first case: so it has an inverse in closed form."""
+    frames = textbook(SIX).frames(rad(30, 45, -60, 20, 40, 10))
+    for axis, origin in ((frame[:3, 2], frame[:3, 3]) for frame in frames[3:6]):
+        np.testing.assert_allclose(np.cross(frames[4][:3, 3] - origin, axis), 0, atol=1e-9)
+
+
+def test_the_best_share_of_pitches_is_above_38_percent_and_lies_in_the_arms_own_column():
+    poses = np.tile([-7.0, 0.0, 39.25, 0.0], (36_000, 1))
+    poses[:, 3] = np.linspace(-np.pi, np.pi, 36_000, endpoint=False)
+    share = omx.ik_batch(poses, limits=((-0.1, 0.1), *omx.LIMITS[1:]))[2].any(axis=1).mean()
+    assert 0.385 < share < 0.39
+    clear = workspace.pitch_map(allowed=workspace.clear).share
+    assert 0.32 < np.nanmax(clear) < 0.33
 
 
 def test_erratum_one_tick_is_more_than_the_accuracy_table_promises():
@@ -206,6 +231,15 @@ def test_erratum_d4_adds_to_the_slide(some_q):
         np.testing.assert_allclose(stanford(d4=0.5, **rows).fk(some_q), stanford(**rows).fk(longer), atol=1e-12)
 
 
+def test_erratum_in_the_program_d4_does_not_add_to_the_slide(some_q):
+    """Its row 4 has d4, along an axis at a right angle to the slide: no slide makes up for it."""
+    with_d4 = stanford(alpha_3=-QUARTER, d4=0.5)
+    for sign in (1, -1):
+        longer = np.add(some_q, (0, 0, sign * 0.5, 0, 0, 0))
+        apart = np.linalg.norm((with_d4.fk(some_q) - PROGRAM.fk(longer))[:, :3, 3], axis=1)
+        np.testing.assert_allclose(apart, sqrt(0.5), atol=1e-12)
+
+
 def test_erratum_the_vector_of_joint_variables_has_q4():
     assert STANDARD.names == ("q1", "q2", "d3", "q4", "q5", "q6")
     q = values(POSES[0])
@@ -224,7 +258,7 @@ def test_erratum_all_simulations_break_the_limit_of_the_slide(pose):
 
 def test_its_workspace_ends_where_shoulder_wrist_and_hand_are_in_line():
     arm = stanford(limits=LIMITS)
-    tips = workspace.tips(workspace.sample_joints(20_000, arm=arm), arm)
+    tips = workspace.tips(workspace.sample_joints(20_000, geometry=arm), arm)
     furthest = np.linalg.norm(tips - [0, 0, 1], axis=1).max()
     assert 4.1 < furthest < hypot(3, 1) + 1
     assert np.arctan2(1, 3) < LIMITS[4][1], "joint 5 can bring the hand into line"

@@ -17,8 +17,20 @@ CHAPTERS = [
 
 def ran(notebook, path, cwd=None):
     """The cells of the notebook after running all of them, errors allowed."""
-    normalise.write(path, notebook)
+    normalise.write(path, normalise.normalise({**notebook, "nbformat": 4}))
     return execute.run(path, cwd=cwd or path.parent, allow_errors=True, timeout_s=60).cells
+
+
+def with_broken_programs_handed_in(cells):
+    """The cells, and after each program that is broken on purpose the check of its exercise, tagged `broken`."""
+    out = []
+    for number, cell in enumerate(cells):
+        out.append(cell)
+        if "broken" in tags(cell):
+            out[-1] = {**cell, "metadata": {}}
+            check = next(later for later in cells[number:] if "check" in tags(later))
+            out.append({**check, "id": f"broken-{number}", "metadata": {"tags": ["broken"]}})
+    return out
 
 
 def failing(cells, tag):
@@ -34,7 +46,10 @@ def error_of(cell):
 @pytest.mark.parametrize("path", CHAPTERS, ids=lambda path: path.stem)
 def test_the_copy_of_a_chapter_fails_every_check(path, tmp_path):
     copied = student.student_copy(normalise.read(path))
-    checks = failing(ran(copied, tmp_path / path.name, cwd=path.parent), "check")
+    cells = ran({"cells": with_broken_programs_handed_in(copied["cells"])}, tmp_path / path.name, path.parent)
+    told = failing(cells, "broken")
+    assert all(error.startswith("Wrong: ") for error in told), f"a broken program that no check finds out: {told}"
+    checks = failing(cells, "check")
     assert checks
     passed = [number for number, error in enumerate(checks, 1) if not error]
     assert not passed, f"these checks pass without an answer: {passed}"

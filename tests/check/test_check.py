@@ -1,6 +1,10 @@
 """The checks of the exercises: right answers pass, every slip gets its own sentence, everything else is Wrong."""
 
 import math
+import re
+import shutil
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -9,9 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import omx
+from book.setup.paths import ROOT
 from omx import check
 from omx.check import mistakes, selftest
 
+pytestmark = pytest.mark.filterwarnings("ignore:the matrix subclass:PendingDeprecationWarning")
 Q = check.configurations(12)
 T = omx.fk((0.3, -0.4, 0.5, 0.6))
 x, y = sp.symbols("x y", real=True)
@@ -246,6 +252,123 @@ def test_expressions():
     wrong(check.expression, sp.sqrt(x**2), x)  # equal for positive x only
 
 
+t, u = sp.symbols("t u", real=True)
+a, b = sp.symbols("a b", positive=True)
+NOT_FOR_ALL_VALUES = [  # answer, expected: equal for many values, not for all
+    (sp.sqrt(1 - sp.sin(t) ** 2), sp.cos(t)),
+    (sp.asin(sp.sin(t)), t),
+    (sp.acos(sp.cos(t)), t),
+    (sp.Abs(sp.cos(t)), sp.cos(t)),
+    (sp.Abs(t), t),
+    (sp.atan2(sp.sin(t), sp.cos(t)), t),
+    (sp.Mod(t + sp.pi, 2 * sp.pi) - sp.pi, t),
+    (sp.atan(u / t), sp.atan2(u, t)),
+    (sp.sqrt(t**2), t),
+    (sp.Piecewise((t, t < 100), (100, True)), t),
+    (sp.Max(t, -50), t),
+    (sp.sign(t), sp.Integer(1)),
+    (sp.acos(t / a) + sp.asin(t / a), sp.Integer(2)),
+    (2 * sp.log(t), sp.log(t**2)),
+    (sp.Matrix([sp.cos(t), sp.Abs(sp.sin(t))]), sp.Matrix([sp.cos(t), sp.sin(t)])),
+    (t + sp.Rational(1, 10**6), t),
+]
+FOR_ALL_VALUES = [
+    (sp.sin(t) ** 2 + sp.cos(t) ** 2, 1),
+    (sp.cos(t - u), sp.cos(t) * sp.cos(u) + sp.sin(t) * sp.sin(u)),
+    (sp.atan2(sp.sqrt(1 - (t / a) ** 2), t / a), sp.acos(t / a)),
+    (sp.sqrt(a**2 * b), a * sp.sqrt(b)),
+    (sp.Abs(a), a),
+    (sp.Matrix([[sp.sin(2 * t)]]), sp.Matrix([[2 * sp.sin(t) * sp.cos(t)]])),
+    (sp.sqrt(-a), sp.I * sp.sqrt(a)),
+    ((t**2 - u**2) / (t - u), t + u),
+    (0.5 * t, t / 2),
+]
+
+
+@pytest.mark.parametrize(("answer", "expected"), NOT_FOR_ALL_VALUES, ids=str)
+def test_what_is_equal_for_some_values_only_is_wrong(answer, expected):
+    assert wrong(check.expression, answer, expected).startswith("the expression ")
+
+
+@pytest.mark.parametrize(("answer", "expected"), FOR_ALL_VALUES, ids=str)
+def test_what_is_equal_for_all_values_is_right_however_it_is_written(answer, expected):
+    check.expression(answer, expected)
+
+
+def test_an_expression_that_forgets_a_branch_is_told_where():
+    message = wrong(check.expression, sp.sqrt(1 - sp.sin(t) ** 2), sp.cos(t))
+    assert "right for some values only" in message
+    assert re.search(r"At t = -?\d\S* it is 0\.\d+; -0\.\d+ is wanted", message)
+    assert "not a real number" in wrong(check.expression, sp.log(t), sp.log(sp.Abs(t)))
+    assert "give its right-hand side" in wrong(check.expression, sp.Eq(x, y), y)
+
+
+def test_ranges_narrow_what_all_values_means():
+    check.expression(sp.asin(sp.sin(t)), t, ranges={t: (-1.5, 1.5)})
+    wrong(check.expression, sp.asin(sp.sin(t)), t, ranges={t: (-1.5, 1.8)})
+
+
+# ---- answers that are judged by their properties -------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("result", "gives", "sentence"),
+    [
+        (None, (), "lack its `return`"),
+        (..., (3,), "still the TODO"),
+        ([1, 2], (), "must be one number; yours is 2 numbers"),
+        (3.0, (3,), "must be 3 numbers; yours is one number"),
+        ([1, 2], (3,), "must be 3 numbers; yours is 2 numbers"),
+        (np.matrix([1, 2, 3]), (3,), "must be 3 numbers; yours is of shape 1 x 3"),
+        ([[1, 2], [3]], (None, 2), "must be made of numbers"),
+        ([[1, 2]], (None, 3), "must be of shape any x 3; yours is of shape 1 x 2"),
+        ("L3", (), "must be made of numbers"),
+        (1, bool, "must be True or False"),
+        ([], dict, "must be a dict"),
+        ("13", int, "must be an int"),
+        (10**400, (), "must be made of numbers"),
+        (x, (), "still holds the symbols x"),
+    ],
+)
+def test_a_call_whose_result_cannot_be_used_ends_with_one_sentence(result, gives, sentence):
+    assert sentence in wrong(check.call, lambda: result, gives=gives, name="f")
+    assert sentence in wrong(check.answer, result, gives, "f")
+
+
+def test_a_call_gives_plain_numbers_and_cannot_change_its_arguments():
+    def spoils(points):
+        points[0] += 1
+        return np.matrix(points)
+
+    points = np.ones((2, 2))
+    result = check.call(spoils, points, gives=(None, 2))
+    assert type(result) is np.ndarray
+    assert points.tolist() == [[1, 1], [1, 1]]
+    assert type(check.call(lambda: sp.Rational(1, 2), gives=())) is float
+    assert type(check.call(lambda: np.matrix([1]))) is not np.matrix
+    assert check.call(lambda q: q[0] is None, [None], gives=bool)
+
+
+def test_a_call_of_what_is_no_function_or_stops_ends_with_one_sentence():
+    assert "still the TODO" in wrong(check.call, todo, 1.0)
+    assert "must be a function" in wrong(check.call, 3.0, 1.0)
+    assert "spoilt stops with ZeroDivisionError" in wrong(check.call, lambda: 1 / 0, name="spoilt")
+    assert "called with 2 arguments" in wrong(check.call, lambda one: one, 1, 2)
+
+
+# ---- numbers of one's own ------------------------------------------------------------------------------------
+
+
+def test_variants_are_the_books_own_without_a_name_and_a_students_own_with_one(monkeypatch):
+    monkeypatch.delenv("OMX_STUDENT", raising=False)
+    drawn = [check.variant("4.3", name).integers(10**9) for name in (None, "", "Ada", "ada ", "Bob")]
+    assert drawn[0] == drawn[1] == 171447093, "stored outputs depend on this number"
+    assert drawn[2] == drawn[3] != drawn[4] != drawn[0]
+    assert check.variant("4.4").integers(10**9) != drawn[0]
+    monkeypatch.setenv("OMX_STUDENT", "Ada")
+    assert check.variant("4.3").integers(10**9) == drawn[2]
+
+
 # ---- around it -----------------------------------------------------------------------------------------------
 
 
@@ -276,7 +399,35 @@ def test_setup_says_what_is_missing_and_what_to_do(capsys, monkeypatch):
     monkeypatch.setattr(selftest, "NEEDED", ("numpy", "no-such-package"))
     message = wrong(check.setup)
     assert "!!  packages: no-such-package missing" in capsys.readouterr().out
-    assert "python run.py lab" in message
+    assert "python run.py repair" in message
+
+
+STALE = """
+import pathlib, warnings, omx, omx.check
+from omx.display.viewer import View
+path = pathlib.Path(omx.generated.fk.__file__)
+with warnings.catch_warnings(record=True) as told:
+    warnings.simplefilter("always")
+    View()
+    path.write_text(path.read_text() + "# another arm")
+    View(geometry=omx.MAKER)
+    assert not told
+    View(), View()
+    print(*(warning.message for warning in told))
+omx.check.setup()
+"""
+
+
+def test_a_notebook_that_still_has_the_old_arm_says_so_once(tmp_path):
+    """In a copy of the package: a chapter writes another arm while a kernel is running."""
+    shutil.copytree(ROOT / "omx", tmp_path / "omx", ignore=shutil.ignore_patterns("__pycache__"))
+    command = [sys.executable, "-c", STALE]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    first, *lines = done.stdout.splitlines()
+    assert first.startswith("omx.generated.fk was written anew after this notebook had imported it")
+    assert first.count("Choose Kernel > Restart Kernel") == 1, "once"
+    assert "!!  generated modules: fk was written anew after this notebook had imported it" in lines
+    assert done.stderr.strip().endswith("choose Kernel > Restart Kernel, then run the cells again.")
 
 
 def test_setup_survives_what_is_broken(capsys, monkeypatch):

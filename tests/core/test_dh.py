@@ -144,13 +144,42 @@ def test_limits_hold_to_the_slack_and_no_further():
     assert clipped([outside, -5], [(-1, 1), (-2, 2)]) == (1.0, -2.0)
 
 
-def test_limits_may_be_infinite():
+TWO = [(0, 0, 1, 0), (0, 0, 1, 0)]
+FLAT = Chain(TWO)
+
+
+def test_limits_may_be_infinite_and_come_from_arrays():
     assert as_limits([(-np.inf, np.inf)], 1) == ((-np.inf, np.inf),)
+    assert Chain(TWO, limits=np.radians([[-90, 90], [0, 360]]), names=np.array(["a", "b"])).names == ("a", "b")
+    slides = [(0, 0, 1, 0), (0, 0, 0, 0, np.bool_(True))]
+    assert Chain(slides, limits=[(-1, 1), (0, 300)]).limits[1] == (0, 300)  # mm
+
+
+def test_symbolic_chains_have_exact_quarter_turns():
+    symbols = sp.symbols("q1:5", real=True)
+    T = omx.COURSE.chain.fk(symbols)
+    constants = {float(number) for entry in T for number in entry.atoms(sp.Float)}
+    assert all(abs(constant) > 1e-3 for constant in constants)
+    assert T[2, 2] == 0
+    numeric = np.array(T.subs(dict(zip(symbols, omx.HOME, strict=True))), float)
+    np.testing.assert_allclose(numeric, omx.fk(omx.HOME), atol=1e-9)
+
+
+@pytest.mark.parametrize("chain", [SLIDER, FLAT, omx.COURSE.chain])
+def test_the_jacobian_is_the_derivative_of_the_frames(chain):
+    q, h = np.linspace(-0.4, 0.9, len(chain)), 1e-6
+    J = chain.jacobian(q)
+    for j, step in enumerate(h * np.eye(len(chain))):
+        slope = (chain.fk(q + step) - chain.fk(q - step)) / (2 * h)
+        np.testing.assert_allclose(J[:3, j], slope[:3, 3], atol=1e-6)
+        spin = slope[:3, :3] @ chain.fk(q)[:3, :3].T
+        np.testing.assert_allclose(J[3:, j], [spin[2, 1], spin[0, 2], spin[1, 0]], atol=1e-7)
+    np.testing.assert_allclose(chain.jacobian([[q, q]] * 3), np.broadcast_to(J, (3, 2, 6, len(chain))))
+    if chain is omx.COURSE.chain:
+        np.testing.assert_allclose(J, omx.jacobian(q), atol=1e-9)
 
 
 # ---- mistakes ------------------------------------------------------------------------------------------
-
-TWO = [(0, 0, 1, 0), (0, 0, 1, 0)]
 
 
 @pytest.mark.parametrize(
@@ -168,6 +197,31 @@ TWO = [(0, 0, 1, 0), (0, 0, 1, 0)]
         ({"rows": TWO, "limits": [(0, 1), (0, float("nan"))]}, r"`limits`\[1\]"),
         ({"rows": TWO, "limits": [0, 1]}, "2 pairs"),
         ({"rows": TWO, "limits": "no"}, "2 pairs"),
+        ({"rows": TWO, "limits": [("0", "1")] * 2}, "2 pairs"),
+        ({"rows": TWO, "limits": [(0, 1), (np.inf, np.inf)]}, r"`limits`\[1\]"),
+        ({"rows": None}, "`rows` must be a list of DHRow"),
+        ({"rows": [(0, np.nan, 0, 0)]}, "row 1 must be .* finite and real; d is nan"),
+        ({"rows": [(0, 0, np.inf, 0)]}, "a is inf"),
+        ({"rows": [(0, sp.I, 0, 0)]}, "d is I"),
+        ({"rows": [(0, sp.zoo, 0, 0)]}, "d is zoo"),
+        ({"rows": [(0, sp.nan, 0, 0)]}, "d is nan"),
+        ({"rows": [(True, 0, 0, 0)]}, "theta is True"),
+        ({"rows": [(0, 2j, 0, 0)]}, "d is 2j"),
+        ({"rows": [DHRow(0, 77, 0, -90)]}, "alpha of row 1 is -90 rad, more than a turn: degrees[?]"),
+        ({"rows": [DHRow(90.0, 77, 0, 0)]}, "theta of row 1 is 90.0 rad"),
+        ({"rows": [(0, 0, 1, 0, True), (45, 0, 1, 0)]}, "theta of row 2 is 45 rad"),
+        ({"rows": TWO, "limits": [(-90, 90), (-1, 1)]}, r"`limits`\[0\] is \(-90, 90\) rad, more than a turn: degrees"),
+        (
+            {"rows": [(0, 77, 0, 0, "R")]},
+            "fifth entry of row 1 says whether the joint is prismatic, True or False; got 'R'",
+        ),
+        ({"rows": [(0, 77, 0, 0, 1.57)]}, "fifth entry .* An offset is added to theta"),
+        ({"rows": [DHRow(q1, 77, 0, 0)]}, "theta of row 1 holds the joint's own variable q1, which is added to it"),
+        ({"rows": [DHRow(-q1 - sp.pi / 2, 77, 0, 0)]}, "A joint that turns the other way"),
+        ({"rows": [DHRow(0, sp.Symbol("d1"), 0, 0, True)]}, "d of row 1 holds the joint's own variable d1"),
+        ({"rows": [DHRow(0, sp.Symbol("q2"), 0, 0), (0, 0, 1, 0)]}, "d of row 1 holds q2, the name of a joint's"),
+        ({"rows": TWO, "names": sp.symbols("a b")}, "2 different names"),
+        ({"rows": TWO, "names": "ab"}, "2 different names"),
     ],
 )
 def test_a_bad_table_is_refused_by_name(arguments, message):

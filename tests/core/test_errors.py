@@ -1,6 +1,7 @@
 """Errors: one family, each with its data, each message with what to do next."""
 
 import inspect
+import runpy
 from math import pi, radians
 
 import pytest
@@ -49,3 +50,13 @@ def test_joint_limit_names_each_joint_and_the_nearest_legal_value():
     assert error.nearest == (0.0, 1.5, 0.0)
     assert str(error).startswith("at the back: q2 = 114.59 deg is 28.65 deg above its limit 85.94 deg; d3 = -1.00 mm")
     assert str(error).endswith("The nearest legal value: q2 = 85.94 deg, d3 = 0.00 mm.")
+
+
+def test_a_notebook_shows_the_readers_lines_and_the_sentence_alone(tmp_path):
+    mine = tmp_path / "mine.py"
+    mine.write_text("import omx\n\ndef go():\n    return omx.solve_ik([900, 0, 0, 0])\n\ngo()\n")
+    with pytest.raises(omx.Unreachable) as caught:
+        runpy.run_path(str(mine))
+    first, second, *rest = caught.value._render_traceback_()[-3:]
+    assert (first, second) == ("line 6: go()", "line 4: return omx.solve_ik([900, 0, 0, 0])")
+    assert rest == [f"Unreachable: {caught.value}"]

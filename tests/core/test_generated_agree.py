@@ -1,9 +1,16 @@
 """The generated modules belong together; if not, the reader is told which chapter to run."""
 
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
+import omx
+from book.setup.restore import restore
 from omx.generated import fk, ik, jacobian
 from omx.kinematics import stale, warn_if_stale
 
@@ -43,3 +50,50 @@ def test_the_warning_names_the_chapters(monkeypatch):
     monkeypatch.setattr("omx.kinematics.stale", lambda: ["04", "05"])
     with pytest.warns(UserWarning, match="04 and 05"):
         warn_if_stale()
+
+
+# ---- what a chapter or an editor may leave behind --------------------------------------------------------
+
+LEFT = {
+    "a length of 0": ("fk", lambda text: text.replace('"L2": 130.0', '"L2": 0.0')),
+    "a length beyond all numbers": ("fk", lambda text: text.replace("130.0", "inf")),
+    "nothing": ("fk", lambda text: ""),
+    "no file": ("fk", None),
+    "a slip of the keyboard": ("fk", lambda text: text.replace("def pose(", "def pose")),
+    "a function less": ("ik", lambda text: text.replace("def branches_batch(", "def other(")),
+    "an import that is none": ("jacobian", lambda text: text.replace("from math import", "from maths import")),
+}
+ASKED = "import omx; print(omx.pose(omx.ZERO).x, omx.ik([200, 0, 150, 0])[0].legal, omx.jacobian(omx.ZERO)[2, 1])"
+
+
+@pytest.fixture(scope="module")
+def copied(tmp_path_factory):
+    """A copy of the package."""
+    root = tmp_path_factory.mktemp("damaged")
+    shutil.copytree(Path(omx.__file__).parent, root / "omx", ignore=shutil.ignore_patterns("__pycache__"))
+    return root
+
+
+@pytest.mark.parametrize("damage", LEFT)
+def test_importing_goes_on_whatever_a_chapter_has_left_and_restoring_mends_it(copied, damage):
+    name, spoil = LEFT[damage]
+    generated = copied / "omx" / "generated"
+    path = generated / f"{name}.py"
+    text = path.read_text()
+    path.unlink() if spoil is None else path.write_text(spoil(text))
+    command = [sys.executable, "-c", ASKED]
+    environment = {**os.environ, "PYTHONPATH": str(copied), "PYTHONDONTWRITEBYTECODE": "1"}
+    done = subprocess.run(command, cwd=copied, env=environment, capture_output=True, text=True, timeout=60)
+    assert done.stdout == "274.0 True -274.0\n", done.stderr
+    assert f"omx/generated/{name}.py cannot be used" in done.stderr
+    assert "run.py generate --restore" in done.stderr
+    assert restore(generated) == [f"{name}.py"]
+    assert path.read_text() == text
+    assert restore(generated) == []
+
+
+def test_the_modules_that_are_shipped_are_those_that_the_chapters_write():
+    generated = Path(omx.__file__).parent / "generated"
+    for name in ("fk.py", "fk.js", "ik.py", "ik.js", "jacobian.py", "jacobian.js"):
+        same = (generated / name).read_bytes() == (generated / "shipped" / name).read_bytes()
+        assert same, f"{name} is not what would be restored: python run.py generate --ship"

@@ -98,10 +98,10 @@ def test_replace_names_what_it_makes():
     [
         ({}, "must give L1, L2, L3, L4, delta; wrong or missing: L1, L2, L3, L4, delta"),
         ({**LENGTHS, "L9": 1}, "wrong or missing: L9"),
-        ({**LENGTHS, "L2": "long"}, "L2 must be a finite number .* got 'long'"),
-        ({**LENGTHS, "L2": None}, "L2 must be a finite number"),
-        ({**LENGTHS, "delta": float("nan")}, "delta must be a finite number"),
-        ({**LENGTHS, "L1": float("inf")}, "L1 must be a finite number"),
+        ({**LENGTHS, "L2": "long"}, "`L2` must be a finite number .* got 'long'"),
+        ({**LENGTHS, "L2": None}, "`L2` must be a finite number"),
+        ({**LENGTHS, "delta": float("nan")}, "`delta` must be a finite number"),
+        ({**LENGTHS, "L1": float("inf")}, "`L1` must be a finite number"),
     ],
 )
 def test_a_wrong_length_is_named(lengths, message):

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import omx
 from omx import COURSE, HOME, LIMITS
+from omx.kinematics import ON_AXIS
 from tests.helpers import oracles
 
 GEOMETRIES = [COURSE, omx.MAKER, COURSE.replace("long forearm", L3=150.0), COURSE.replace("no dog-leg", delta=0.0)]
@@ -76,7 +77,9 @@ def test_the_order_is_front_up_front_down_back_up_back_down():
     assert sides == [(True, True), (True, False), (False, True), (False, False)]
 
 
-def test_front_means_facing_the_target_and_up_means_above_the_line_to_the_wrist():
+def test_front_means_facing_the_target_and_up_means_that_the_forearm_bends_down():
+    """Seen with the base facing right, the elbow of `up` is left of the way from shoulder to wrist: above that line
+    where the wrist is in front of the shoulder, and below it where it is behind."""
     for q in oracles.random_q(200, 4):
         pose = omx.pose(q)
         for solution in omx.ik(pose):
@@ -88,6 +91,14 @@ def test_front_means_facing_the_target_and_up_means_above_the_line_to_the_wrist(
             ahead = (np.cos(solution.q[0]), np.sin(solution.q[0]), 0)
             side = np.cross(wrist - shoulder, elbow - shoulder) @ np.cross(ahead, (0, 0, 1))
             assert (side > 0) == solution.elbow_up or abs(side) < 1e-6
+            bend = np.angle(np.exp(1j * (solution.q[2] + pi / 2 - COURSE.delta)))
+            assert (bend > 0) == solution.elbow_up or abs(bend) < 1e-6
+
+
+def test_behind_the_shoulder_elbow_up_is_the_lower_elbow():
+    """The four-branch figure of chapter 04: both wrists are behind the shoulder."""
+    heights = [omx.frames(s)[2, 2, 3] for s in omx.ik((24, -18, 340, pi / 3))]
+    assert [round(h) for h in heights] == [138, 180, 111, 204]
 
 
 def test_elbows_mirror_and_keep_the_pitch():
@@ -196,7 +207,7 @@ def test_nothing_reachable_with_this_pitch_is_nearer():
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("far", [1e9, 1e150, 1e200, 1e308])
+@pytest.mark.parametrize("far", [1e9, 1e150, 1e200, 1e305])
 def test_however_far_the_answer_is_no(far):
     for pose in ((far, 0, 0, 0), (0, -far, 0, 1), (0, 0, far, 0), (far, far, -far, 2)):
         assert not any(s.reachable for s in omx.ik(pose))
@@ -259,7 +270,7 @@ def test_on_the_axis_q1_is_free_and_zero(x, y):
 @pytest.mark.parametrize("q1", [0.0, 1.0, -2.5, pi, -pi, 4.0, 100.0])
 def test_on_the_axis_solve_ik_takes_q1_from_near(q1):
     pose = (0, 0, 350, radians(60))
-    solution = omx.solve_ik(pose, near=(q1, 0, 0, 0))
+    solution = omx.solve_ik(pose, start=(q1, 0, 0, 0))
     assert oracles.angle_gap(solution.q[0], q1) < 1e-12
     assert oracles.pose_gap(omx.pose(solution), pose) < EXACT
     assert solution.legal
@@ -267,11 +278,11 @@ def test_on_the_axis_solve_ik_takes_q1_from_near(q1):
 
 def test_on_the_axis_q1_keeps_to_its_limits():
     limits = ((-1.0, 1.0), *LIMITS[1:])
-    assert omx.solve_ik((0, 0, 350, radians(60)), near=(2.0, 0, 0, 0), limits=limits).q[0] == 1.0
+    assert omx.solve_ik((0, 0, 350, radians(60)), start=(2.0, 0, 0, 0), limits=limits).q[0] == 1.0
 
 
 def test_just_off_the_axis_q1_points_at_the_target():
-    solution = omx.solve_ik((1e-6, 1e-6, 350, radians(60)), near=(1.0, 0, 0, 0))
+    solution = omx.solve_ik((1e-6, 1e-6, 350, radians(60)), start=(1.0, 0, 0, 0))
     assert oracles.angle_gap(solution.q[0], pi / 4) < 1e-9
 
 
@@ -322,9 +333,9 @@ def test_solve_ik_reports_the_branch_that_comes_closest_to_legal():
 # ---- the nearest solution ------------------------------------------------------------------------------
 
 
-def test_solve_ik_takes_the_legal_solution_nearest_to_near():
+def test_solve_ik_takes_the_legal_solution_nearest_to_the_start():
     for q, near in zip(oracles.random_q(200, 9), oracles.random_q(200, 10), strict=True):
-        solution = omx.solve_ik(omx.pose(q), near=near)
+        solution = omx.solve_ik(omx.pose(q), start=near)
         others = [s for s in omx.ik(omx.pose(q)) if s.legal]
         assert solution.q in [s.q for s in others]
         assert dist(solution, near) <= min(dist(s, near) for s in others) + 1e-12
@@ -332,7 +343,7 @@ def test_solve_ik_takes_the_legal_solution_nearest_to_near():
 
 def test_solve_ik_returns_to_where_the_arm_is():
     for q in oracles.random_q(300, 11):
-        assert oracles.angle_gap(omx.solve_ik(omx.pose(q), near=q).q, q).max() < 1e-7
+        assert oracles.angle_gap(omx.solve_ik(omx.pose(q), start=q).q, q).max() < 1e-7
 
 
 @settings(max_examples=200, deadline=None)
@@ -345,7 +356,7 @@ def test_solve_ik_answers_truly_or_says_why_not(x, y, z, pitch):
         assert all(v.excess > 0 for v in answer.violations)
         assert not COURSE.chain.violations(answer.nearest)
     else:
-        assert oracles.pose_gap(omx.pose(answer), (x, y, z, pitch)) < EXACT
+        assert oracles.pose_gap(omx.pose(answer), (x, y, z, pitch)) < EXACT + 2 * ON_AXIS
         assert not COURSE.chain.violations(answer.q)
 
 
@@ -381,15 +392,29 @@ def test_a_bad_pose_is_refused_by_name(function, name, mistake):
         function(BAD[mistake])
 
 
-@pytest.mark.parametrize("function", [omx.ik, omx.solve_ik])
-def test_one_pose_is_not_a_matrix(function):
+def test_one_pose_is_not_a_matrix():
     with pytest.raises(omx.BadInput, match=r"shape \(4,\); got shape \(4, 4\)"):
-        function(np.eye(4))
+        omx.solve_ik(np.eye(4))
 
 
-def test_near_must_be_four_angles():
-    with pytest.raises(omx.BadInput, match=r"`near` must be the four joint angles in rad, .* got shape \(2,\)"):
-        omx.solve_ik((200, 0, 150, 0), near=(0, 0))
+def test_many_poses_give_arrays_in_the_shape_of_the_poses():
+    poses = omx.pose(oracles.random_q(24, 5)).reshape(2, 3, 4, 4)
+    found, table = omx.ik(poses), omx.ik_batch(poses.reshape(-1, 4))
+    assert found.q.shape == (2, 3, 4, 4, 4)
+    for part, flat in zip(found, table, strict=True):
+        np.testing.assert_array_equal(part.reshape(flat.shape), flat)
+
+
+@pytest.mark.parametrize("link", ["L2", "L3"])
+@pytest.mark.parametrize("pose", [(200, 0, 150, 0), [(200, 0, 150, 0)]])
+def test_an_arm_without_a_link_has_no_inverse_and_says_so(link, pose):
+    with pytest.raises(omx.BadInput, match="has no inverse: a link of length 0"):
+        omx.ik(pose, omx.COURSE.replace(**{link: 0}))
+
+
+def test_the_start_must_be_four_angles():
+    with pytest.raises(omx.BadInput, match=r"`start` must be the four joint angles in rad, .* got shape \(2,\)"):
+        omx.solve_ik((200, 0, 150, 0), start=(0, 0))
 
 
 @pytest.mark.parametrize("poses", [(200, 0, 150, 0), np.zeros((2, 2, 4)), np.empty((0, 4))])

@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 import omx
 from book.setup.paths import ROOT
 from omx import BadInput, Chain, DHRow, OmxError
-from omx.derive import Function, chain_functions, source, store, wrap, write, write_chain
+from omx.derive import Function, chain_functions, numbers, source, store, wrap, write, write_chain
 from omx.derive.emit import WIDTH, folded
 from omx.derive.function import label
 from omx.derive.javascript import javascript
@@ -387,8 +387,8 @@ MISTAKES = {
     "strings for symbols": (lambda: one(x, ["q1", x]), "must be SymPy symbols; got 'q1'"),
     "no outputs": (lambda: source("m", [Function("f", "", Q, {})], **ABOUT), "has no outputs"),
     "a sine of a step": (lambda: one(sp.sin(r), Q, [(r, x)]), r"sin or cos of `r`, which is computed in a step"),
-    "a module that is no name": (lambda: source("my arm", [F], **ABOUT), "got 'my arm'"),
-    "a module elsewhere": (lambda: source("../arm", [F], **ABOUT), "got '../arm'"),
+    "a module that is no name": (lambda: source("my arm", [F], **ABOUT), "the module: `my arm` is no name in code"),
+    "a module elsewhere": (lambda: source("../arm", [F], **ABOUT), "the module: `../arm` is no name in code"),
     "a parameter without a number": (
         lambda: one(x, Q, parameters={a: sp.Symbol("b")}), "parameter `a` must have a real"),
     "a parameter that is infinite": (lambda: one(x, Q, parameters={a: float("inf")}), "parameter `a`"),
@@ -479,6 +479,7 @@ def test_inside_the_package_the_loaded_module_is_replaced(scratch, monkeypatch):
     """What other modules hold as `omx.generated.arm` is the new formula at once."""
     scratch.mkdir()
     monkeypatch.setattr(store, "GENERATED", scratch)
+    monkeypatch.setitem(store.CHAPTERS, "scratch_arm", ABOUT["notebook"])
     monkeypatch.setattr(omx.generated, "__path__", [*omx.generated.__path__, str(scratch)])
     held = wrote(1, "scratch_arm")
     try:
@@ -489,12 +490,120 @@ def test_inside_the_package_the_loaded_module_is_replaced(scratch, monkeypatch):
         del sys.modules["omx.generated.scratch_arm"]
 
 
-def test_the_folder_is_the_package_unless_the_environment_names_another(monkeypatch, tmp_path):
+def test_a_chapter_of_the_book_writes_into_the_package_and_nobody_else_does(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("OMX_GENERATED", "here")
-    assert store.folder() == tmp_path / "here"
+    assert store.folder("fk", "03-forward-kinematics") == store.folder("scara", None) == tmp_path / "here"
     monkeypatch.delenv("OMX_GENERATED")
-    assert store.folder() == ROOT / "omx" / "generated"
+    assert store.folder("fk", "03-forward-kinematics") == ROOT / "omx" / "generated"
+    assert store.folder("fk", None) == store.folder("scara", "mine") == tmp_path
+    with pytest.raises(BadInput, match="`fk` is the module of notebooks/03-forward-kinematics"):
+        write_chain("fk", Chain([(0, 77, 0, 0)]), notebook="mine")
+    with pytest.raises(BadInput, match="`folder`"):
+        write("scara", [F], doc="A test.", folder=ROOT / "omx" / "generated")
+    assert write("scara", [F], doc="A test.").f(3.0, 0, 0, 0) == 3.0
+    assert {path.name for path in tmp_path.glob("*.*")} == {"scara.py", "scara.js"}
+
+
+def test_no_file_is_replaced_that_another_has_written(tmp_path):
+    """A reader's own file, another chapter's module, a module that Python imports; one's own, and an empty one, are."""
+    about = {"doc": "A test.", "folder": tmp_path}
+    (tmp_path / "mine.py").write_text("print('by hand')\n")
+    (tmp_path / "empty.py").touch()
+    for name in ("mine", "random", "numpy"):
+        with pytest.raises(BadInput, match=r"choose another name"):
+            write(name, [F], **about)
+    write("empty", [F], **about)
+    write("empty", [F], **about)
+    write("chapter", [F], notebook="98-other", **about)
+    for notebook in ("99-test", None):
+        with pytest.raises(BadInput, match=r"the module of notebooks/98-other.ipynb"):
+            write("chapter", [F], notebook=notebook, **about)
+
+
+@pytest.mark.parametrize("length", [0, -124, 0.0])
+def test_lengths_that_make_no_arm_are_refused_before_anything_is_written(scratch, length):
+    wanted = {sp.Symbol("L2"): 130, sp.Symbol("L3"): length}
+    with pytest.raises(BadInput, match=r"L3 = .* makes no arm"):
+        write("fk", [F], **ABOUT, parameters=wanted)
+    assert not list(scratch.parent.rglob("*.py"))
+
+
+def test_both_files_are_replaced_or_neither(scratch):
+    wrote(5)
+    before = (scratch / "arm.py").read_bytes()
+    (scratch / "arm.js").unlink()
+    (scratch / "arm.js").mkdir()
+    with pytest.raises(OmxError, match=r"cannot write .*arm\.js.* What was there is unchanged"):
+        wrote(6)
+    assert (scratch / "arm.py").read_bytes() == before
+    assert not list(scratch.glob("*.new"))
+
+
+@pytest.mark.parametrize("asked", [True, False])
+def test_what_is_no_javascript_is_not_written(monkeypatch, asked):
+    if asked and not shutil.which("node"):
+        pytest.skip("node is not installed")
+    monkeypatch.setattr(store.shutil, "which", shutil.which if asked else lambda name: None)
+    store.check_javascript('export const f = (x) => [x, (1)]; // )\n/* { */ const t = "(";', "m.js")
+    with pytest.raises(OmxError, match=r"m.js would be no JavaScript"):
+        store.check_javascript("export function f(a) {\n  return (a,\n  b;\n}", "m.js")
+
+
+def test_many_joints_and_many_outputs_are_javascript_too():
+    """Their return lines are folded."""
+    chain = Chain([(0, 10, 20, 0.3)] * 15)
+    module = write_chain("many", chain)
+    q = np.linspace(-1, 1, 15)
+    np.testing.assert_allclose(module.transform(*q), chain.fk(q), atol=1e-9)
+    write("long", [Function("f", "Many.", Q, {f"jacobian_x_{i}_of_many": i * x for i in range(12)})], **ABOUT)
+
+
+NOT_A_NAME = [
+    "do", "case", "default", "static", "void", "super", "null", "eval", "arguments", "public", "enum", "typeof",
+    "undefined", "NaN", "__debug__", "__init__", "\u00b5", "\uff58", "\u017fin", "a b", "1a", "",
+]  # fmt: skip
+ROLES = {
+    "input": lambda name: one(sp.Symbol(name or " "), [sp.Symbol(name or " ")]),
+    "parameter": lambda name: one(x, Q, parameters=[sp.Symbol(name or " ")]),
+    "step": lambda name: one(sp.Symbol(name or " "), Q, [(sp.Symbol(name or " "), x + 1)]),
+    "output": lambda name: source("m", [Function("f", "", Q, {name: x})], **ABOUT),
+    "function": lambda name: source("m", [Function(name, "", Q, {"out": x})], **ABOUT),
+    "module": lambda name: source(name, [F], **ABOUT),
+}
+
+
+@pytest.mark.parametrize("role", ROLES)
+def test_a_name_that_one_of_the_languages_cannot_read_is_refused_in_every_role(role):
+    for name in NOT_A_NAME:
+        with pytest.raises(BadInput, match="choose another"):
+            ROLES[role](name)
+
+
+@pytest.mark.parametrize("notebook", ['x"""\nimport os\n"""', "a/b", "", 3, "x.ipynb"])
+def test_a_notebooks_name_puts_nothing_into_a_module(notebook):
+    with pytest.raises(BadInput, match="`notebook` must be a chapter's name"):
+        source("m", [F], notebook=notebook, doc="d")
+
+
+@pytest.mark.parametrize("doc", ["nul \0 byte", 'quotes """ and \\', "a lone \ud800", "*/ end", "two\nlines\x0c"])
+def test_any_text_can_be_a_docstring(doc, scratch):
+    module = write("m", [Function("f", doc, (x,), {"out": x})], notebook="99-test", doc=doc)
+    assert module.f(2.0) == 2.0
+
+
+@pytest.mark.parametrize(
+    "value", [sp.Integer(10) ** 400 * x, x * sp.Float("1e400"), sp.Rational(1, 10**400) + x, sp.Pow(-2, x)]
+)
+def test_no_number_is_written_that_code_cannot_hold(value):
+    with pytest.raises(BadInput, match="cannot write"):
+        one(value)
+
+
+def test_text_is_never_evaluated():
+    for attempt in (lambda: one("__import__('os')"), lambda: numbers("__import__('os').getpid()", {})):
+        with pytest.raises(BadInput, match="an expression or a number is wanted"):
+            attempt()
 
 
 # ---- the printers --------------------------------------------------------------------------------------
@@ -503,10 +612,10 @@ def test_the_folder_is_the_package_unless_the_environment_names_another(monkeypa
 @pytest.mark.parametrize(
     ("expression", "scalar", "batch"),
     [
-        (sp.Max(x, y, 0), "max(max(0.0, q1), q2)", "np.maximum(np.maximum(0.0, q1), q2)"),
+        (sp.Max(x, y, 0), "max(max(0.0, q1), q2)", "xp.maximum(xp.maximum(0.0, q1), q2)"),
         (wrap(x), "remainder(q1, tau)", "wrap(q1)"),
         (x**2 / (2 * a * b), "q1*q1/(2*a*b)", "q1*q1/(2*a*b)"),
-        (sp.atan2(y, x), "atan2(q2, q1)", "np.arctan2(q2, q1)"),
+        (sp.atan2(y, x), "atan2(q2, q1)", "xp.atan2(q2, q1)"),
         (sp.pi / 2 - delta, "pi/2 - delta", "pi/2 - delta"),
         (0.1 + x, "q1 + 0.1", "q1 + 0.1"),
     ],

@@ -8,7 +8,7 @@ import sympy as sp
 
 from omx import BadInput, DHRow, OmxError
 from omx.derive.symbolic import dh_matrix, exact, gather, numbers, prove_equal, residual, short, show, wrap
-from omx.errors import NotEqual
+from omx.errors import NotDecided, NotEqual
 from tests.helpers import oracles
 
 q1, q2, q3, q4, delta = q = sp.symbols("q1:5 delta", real=True)
@@ -47,6 +47,12 @@ TRUE = {
     "a fraction": (1 / (1 - sp.sin(q1)) - 1 / (1 + sp.sin(q1)), 2 * sp.sin(q1) / sp.cos(q1) ** 2),
     "a constant angle": (sp.cos(q1 + sp.pi / 3), sp.cos(q1) / 2 - sp.sqrt(3) * sp.sin(q1) / 2),
     "numbers": (1, 1),
+    "a tangent": (sp.tan(q1) * sp.cos(q1), sp.sin(q1)),
+    "a double angle and a tangent": (2 * sp.sin(q1) ** 2, sp.sin(2 * q1) * sp.tan(q1)),
+    "secants": (1 / sp.cos(q1) ** 2, 1 + sp.tan(q1) ** 2),
+    "the other reciprocals": (sp.cot(q1 + q2) * sp.sec(q1 + q2), sp.csc(q1 + q2)),
+    "floats": (sp.Float(0.1) + sp.Float(0.2), 0.3),
+    "a float's quarter turn": (dh_matrix(q1, 0, 0, -1.5707963267948966)[0, 1], 0),
 }
 FALSE = {
     "a sign": (sp.sin(q1 - q2), sp.sin(q1 + q2)),
@@ -55,13 +61,35 @@ FALSE = {
     "an odd power": (sp.sin(q1) ** 3, sp.sin(q1)),
     "equal at zero only": (sp.sin(q1) * sp.cos(q1), sp.sin(q1)),
     "numbers": (1, 2),
+    "a root and its sign": (sp.sqrt(1 - sp.sin(q1) ** 2), sp.cos(q1)),
+    "an arc and its range": (sp.asin(sp.sin(q1)), q1),
+    "a wrapped angle": (wrap(q1), q1),
 }
+
+
+def test_what_can_be_neither_proved_nor_refuted_is_said_to_be_undecided():
+    rounded = (sp.cos(q1 - 1.57079632679), sp.sin(q1))
+    for left, right in (rounded, (sp.sqrt(sp.sin(q1) ** 2), sp.Abs(sp.sin(q1)) + 1e-14)):
+        with pytest.raises(NotDecided, match="not decided"):
+            prove_equal(left, right)
+
+
+@pytest.mark.parametrize("other", [sp.eye(3), None, "q1", sp.Eq(q1, 1)])
+def test_only_expressions_and_matrices_of_one_shape_are_compared(other):
+    with pytest.raises(BadInput):
+        prove_equal(A2, other)
+
+
+@pytest.mark.parametrize(("expression", "values"), [(q1 / q2, {q1: 0, q2: 0}), (1 / q1, {q1: 0}), (q1, {q1: sp.I})])
+def test_a_number_that_is_none_is_not_shown(expression, values):
+    with pytest.raises(BadInput, match="is no real number"):
+        numbers(expression, values)
 
 
 @pytest.mark.parametrize("name", TRUE)
 def test_what_is_equal_is_proved(name):
     left, right = TRUE[name]
-    assert residual(left - right) == 0
+    assert residual(sp.sympify(left) - right) == 0 or name == "floats"
     prove_equal(left, right)
 
 
@@ -70,6 +98,10 @@ def test_what_differs_is_refused(name):
     with pytest.raises(NotEqual, match=f"{name} is not 0; what remains is") as caught:
         prove_equal(*FALSE[name], name=name)
     assert caught.value.residual != 0
+    assert abs(caught.value.sides[0] - caught.value.sides[1]) > 0
+    difference = sp.sympify(FALSE[name][0]) - FALSE[name][1]
+    at = {symbol: caught.value.values[str(symbol)] for symbol in difference.free_symbols}
+    assert abs(difference.evalf(30, subs=at)) > 1e-13
     assert isinstance(caught.value, (OmxError, AssertionError))
 
 
@@ -180,3 +212,11 @@ def test_short_abbreviates_sums_of_symbols_and_leaves_other_angles():
 def test_show_is_an_equation_with_one_or_more_sides():
     assert sp.latex(show("r", R)).startswith("r = ")
     assert sp.latex(show("A_1", A1, numbers(A1, {q1: 0, L1: 77}))).count("=") == 2
+
+
+def test_show_sets_words_upright_and_atan2_with_its_2_on_the_line():
+    bend, D, s = sp.symbols("bend D s")
+    assert sp.latex(show("bend", sp.atan2(s, D))) == r"\mathrm{bend} = \mathrm{atan2}\left(s, D\right)"
+    assert sp.latex(show("gamma", sp.Matrix([bend + D]))) == (
+        r"\gamma = \left[\begin{matrix}D + \mathrm{bend}\end{matrix}\right]"
+    )

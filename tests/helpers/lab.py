@@ -13,7 +13,7 @@ import urllib.request
 
 import psutil
 
-from book.setup import launch, paths
+from book.setup import paths
 
 START_TIMEOUT_S = 60
 
@@ -33,7 +33,7 @@ class Lab:
         settings["JUPYTERLAB_WORKSPACES_DIR"] = str(folder / "workspaces")
         self.log = (folder / "lab.log").open("w+")
         self.process = subprocess.Popen(
-            [sys.executable, *launch.lab_arguments([str(first), *options])],
+            [sys.executable, "-m", "book.reader.lab", "--author", str(first), *options],
             cwd=root,
             env={**paths.child_environment(), **settings},
             stdout=self.log,
@@ -51,12 +51,13 @@ class Lab:
         self.log.seek(0)
         raise RuntimeError(f"JupyterLab does not answer:\n{self.log.read()}")
 
-    def ask(self, path, body=None):
-        """The answer of the server's REST API, parsed; a body makes it a POST."""
+    def ask(self, path, body=None, method=None):
+        """The answer of the server's REST API, parsed; a body makes it a POST, if no other method is named."""
         request = urllib.request.Request(
             f"{self.url}/api/{path}",
             data=None if body is None else json.dumps(body).encode(),
             headers={"Authorization": f"token {self.token}"},
+            method=method,
         )
         with urllib.request.urlopen(request, timeout=30) as answer:
             return json.load(answer)

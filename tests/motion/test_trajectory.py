@@ -73,7 +73,7 @@ def test_a_joint_path_rests_at_every_waypoint():
 def test_a_point_to_point_move_is_not_a_straight_line_of_the_tool_but_line_is():
     q0 = np.array(omx.solve_ik([150, -80, 150, 0]))
     target = [200, 120, 220, 0.0]
-    q1 = np.array(omx.solve_ik(target, near=q0))
+    q1 = np.array(omx.solve_ik(target, start=q0))
     assert _distance_to_line(joint_move(q0, q1, 2.0).poses()) > 5.0
     assert _distance_to_line(line(q0, target, 2.0).poses()) < 1e-9
 

@@ -17,7 +17,9 @@ from math import atan2, ceil, cos, hypot, pi, sin, tau
 import numpy as np
 
 from ...arm import LIMITS
-from ...geometry import COURSE, Geometry
+from ...arrays import as_number
+from ...dh import as_limits
+from ...geometry import COURSE, Geometry, as_geometry
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,7 @@ class Arc:
 
     def points(self, step: float = 2.0) -> np.ndarray:
         """Points (n, 2), mm, evenly spaced from one end to the other, at most `step` mm apart."""
+        step = as_number(step, "step", "a length in mm, more than 0", 1e-6)
         return self.at(np.linspace(self.start, self.stop, 1 + max(1, ceil(self.length / step))))
 
     def angles_of(self, points) -> np.ndarray:
@@ -85,6 +88,7 @@ def critical_arcs(geometry: Geometry = COURSE, limits=LIMITS) -> tuple[Arc, ...]
 
     Some of them, or parts of them, run through the inside, where the arm only folds over.
     """
+    geometry, limits = as_geometry(geometry), as_limits(limits, 4)
     found = []
     for free, q in _held_configurations(geometry, limits):
         arc = _swept(free, q, limits[free - 1], geometry)

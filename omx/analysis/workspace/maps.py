@@ -9,6 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arm import LIMITS
+from ...arrays import as_count, as_number, shown
+from ...dh import as_limits
 from ...errors import BadInput
 from ...geometry import COURSE, Geometry
 from ...kinematics import ik_batch
@@ -46,8 +48,8 @@ def pitch_map(step: float = 10.0, pitches: int = 120, geometry: Geometry = COURS
     `pitches`: how many, evenly spaced over the full turn, are tried. `allowed(q)`, (n, 4) -> booleans (n,), rules out
     more configurations, for example `omx.analysis.workspace.clear`. `progress(done, total)` is called now and then.
     """
-    if pitches < 1:
-        raise BadInput(f"`pitches` must be at least 1; got {pitches}.")
+    pitches, limits = as_count(pitches, "pitches", most=100_000), as_limits(limits, 4)
+    _check_allowed(allowed)
     r, z, inside = section(geometry, limits).fill(step)
     cells = np.argwhere(inside)
     share, branches = np.full(inside.shape, np.nan), np.zeros(inside.shape, dtype=int)
@@ -68,6 +70,8 @@ def branch_map(pitch: float, step: float = 5.0, geometry: Geometry = COURSE, lim
 
     `allowed(q)`, (n, 4) -> booleans (n,), rules out more configurations.
     """
+    pitch = as_number(pitch, "pitch", "an angle in rad")
+    _check_allowed(allowed)
     r_low, r_high, z_low, z_high = section(geometry, limits).bounds
     r, z = centres(0.0, max(-r_low, r_high), step), centres(z_low, z_high, step)
     poses = np.zeros((len(z), len(r), 4))
@@ -86,9 +90,17 @@ def _legal_branches(r, z, pitches: int, geometry: Geometry, limits, allowed) -> 
     return _ruled(q, legal, allowed).sum(axis=1).reshape(len(r), pitches)
 
 
+def _check_allowed(allowed) -> None:
+    if allowed is not None and not callable(allowed):
+        raise BadInput(f"`allowed` must be a function, (n, 4) -> booleans (n,); got {shown(allowed)}.")
+
+
 def _ruled(q, legal, allowed) -> np.ndarray:
     """`legal`, less what `allowed` forbids."""
     if allowed is not None:
         legal = legal.copy()
-        legal[legal] = allowed(q[legal])
+        wanted = np.asarray(allowed(q[legal]))
+        if wanted.shape != (int(legal.sum()),) or wanted.dtype.kind != "b":
+            raise BadInput(f"`allowed` must return one True or False a row; got {wanted.dtype} {wanted.shape}.")
+        legal[legal] = wanted
     return legal

@@ -11,7 +11,8 @@ import numpy as np
 
 from ...arm import LIMITS
 from ...arrays import as_rows, wrap
-from ...geometry import COURSE, Geometry
+from ...dh import as_limits
+from ...geometry import COURSE, Geometry, as_geometry
 from .arcs import in_line
 
 #: Joint angles may exceed a limit by this much (rad), and the cosine of a bend may exceed 1: rounding.
@@ -27,6 +28,7 @@ def reaches(points, geometry: Geometry = COURSE, limits=LIMITS) -> np.ndarray:
     r < 0 is over the arm's back. All joint limits but those of q1 count. Raises `BadInput`.
     """
     points = as_rows(points, "points", 2, "r and z in mm")
+    geometry, limits = as_geometry(geometry), as_limits(limits, 4)
     flat = points.reshape(-1, 2)
     found = np.zeros(len(flat), dtype=bool)
     for start in range(0, len(flat), BLOCK):

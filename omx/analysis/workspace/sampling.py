@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property, partial
-from math import prod
+from math import isfinite, pi, prod, tau
 from os import cpu_count
 from typing import NamedTuple, Protocol
 
@@ -16,9 +16,10 @@ import numpy as np
 
 from ... import kinematics
 from ...arm import LIMITS
-from ...dh import Chain
+from ...arrays import as_count, as_number, shown
+from ...dh import Chain, as_limits
 from ...errors import BadInput
-from ...geometry import COURSE, Geometry
+from ...geometry import COURSE, Geometry, as_arm
 from .section import centres
 
 #: Samples that share one seed. Changing it changes the samples; the size of a task does not.
@@ -26,6 +27,9 @@ BLOCK = 65_536
 
 #: Samples that one call of the executor works on.
 TASK = 16 * BLOCK
+
+#: The most samples and cells of one count, and the smallest number that counts as positive.
+MOST_SAMPLES, MOST_CELLS, TINY = 10**12, 10**8, 1e-6
 
 
 class Executor(Protocol):
@@ -60,7 +64,7 @@ class _Job(NamedTuple):
 
     samples: int
     seed: int
-    arm: Geometry | Chain
+    geometry: Geometry | Chain
     limits: tuple
     draw: Callable
     keep: Callable | None
@@ -82,23 +86,26 @@ def stratified(random: np.random.Generator, rows: int, columns: int) -> np.ndarr
     return (order + random.random((rows, columns))) / rows
 
 
-def sample_joints(samples: int, seed: int = 0, arm: Geometry | Chain = COURSE, limits=None, draw=uniform) -> np.ndarray:
+def sample_joints(
+    samples: int, seed: int = 0, geometry: Geometry | Chain = COURSE, limits=None, draw=uniform
+) -> np.ndarray:
     """`samples` configurations within the joint limits, (samples, joints), the same for the same seed.
 
     `limits`: the chain's own, or `omx.LIMITS`, if left out. `draw`: `uniform` or `stratified`. Raises `BadInput`.
     """
-    job = _Job(_checked(samples), seed, arm, _limits(arm, limits), draw, None, (), 0.0)
-    return np.vstack([_block(job, i) for i in range(-(-samples // BLOCK))])
+    job = _job(samples, seed, _arm(geometry), limits, draw, None)
+    return np.vstack([_block(job, i) for i in range(-(-job.samples // BLOCK))])
 
 
-def tips(q, arm: Geometry | Chain = COURSE) -> np.ndarray:
+def tips(q, geometry: Geometry | Chain = COURSE) -> np.ndarray:
     """The tip's position (..., 3), mm, for joint values q (..., joints)."""
-    if isinstance(arm, Chain):
-        return arm.fk(q)[..., :3, 3]
-    return kinematics.pose(np.asarray(q, float), arm)[..., :3]
+    geometry = _arm(geometry)
+    if isinstance(geometry, Chain):
+        return geometry.fk(q)[..., :3, 3]
+    return np.asarray(kinematics.pose(q, geometry))[..., :3]
 
 
-def count_plane(samples: int, seed: int = 0, *, arm: Geometry | Chain = COURSE, limits=None, step: float = 5.0,
+def count_plane(samples: int, seed: int = 0, *, geometry: Geometry | Chain = COURSE, limits=None, step: float = 5.0,
                 draw=uniform, keep=None, executor: Executor | None = None, progress=None) -> Counts:  # fmt: skip
     """Tips in cells of the plane: `counts` with the axes r, z.
 
@@ -107,23 +114,26 @@ def count_plane(samples: int, seed: int = 0, *, arm: Geometry | Chain = COURSE, 
     `executor`: anything with the `map` of `concurrent.futures`; threads if left out. `progress(done, samples)` is
     called as the work proceeds, for example `text_bar`. The counts do not depend on either. Raises `BadInput`.
     """
-    (z_low, z_high), reach = _span(arm, limits)
-    axes = (centres(-reach if isinstance(arm, Geometry) else 0.0, reach, step), centres(z_low, z_high, step))
-    job = _Job(_checked(samples), seed, arm, _limits(arm, limits), draw, keep, axes, step)
+    geometry, step = _arm(geometry), as_number(step, "step", "the side of a cell in mm, more than 0", TINY)
+    (z_low, z_high), reach = _span(geometry, limits)
+    axes = (centres(-reach if isinstance(geometry, Geometry) else 0.0, reach, step), centres(z_low, z_high, step))
+    job = _job(samples, seed, geometry, limits, draw, keep, axes, step)
     return _count(job, _plane, executor, progress)
 
 
-def count_space(samples: int, seed: int = 0, *, arm: Geometry | Chain = COURSE, limits=None, step: float = 10.0,
+def count_space(samples: int, seed: int = 0, *, geometry: Geometry | Chain = COURSE, limits=None, step: float = 10.0,
                 draw=uniform, keep=None, executor: Executor | None = None, progress=None) -> Counts:  # fmt: skip
     """Tips in cubes of space: `counts` with the axes x, y, z; the other arguments are those of `count_plane`."""
-    (z_low, z_high), reach = _span(arm, limits)
+    geometry, step = _arm(geometry), as_number(step, "step", "the side of a cell in mm, more than 0", TINY)
+    (z_low, z_high), reach = _span(geometry, limits)
     axes = (*[centres(-reach, reach, step)] * 2, centres(z_low, z_high, step))
-    job = _Job(_checked(samples), seed, arm, _limits(arm, limits), draw, keep, axes, step)
+    job = _job(samples, seed, geometry, limits, draw, keep, axes, step)
     return _count(job, _space, executor, progress)
 
 
 def text_bar(done: int, total: int) -> None:
     """A progress bar for a terminal: pass it as `progress`."""
+    done, total = as_count(done, "done", 0), as_count(total, "total")
     full = round(30 * done / total)
     end = "\n" if done == total else ""
     print(f"\r[{'#' * full}{'.' * (30 - full)}] {done / total:4.0%}", end=end, file=sys.stderr, flush=True)
@@ -132,6 +142,8 @@ def text_bar(done: int, total: int) -> None:
 def _count(job: _Job, project, executor: Executor | None, progress) -> Counts:
     blocks = -(-job.samples // BLOCK)
     firsts = range(0, blocks, TASK // BLOCK)
+    if executor is not None and not callable(getattr(executor, "map", None)):
+        raise BadInput(f"`executor` must have a `map`, as those of concurrent.futures do; got {shown(executor)}.")
     if executor is None:
         with ThreadPoolExecutor(cpu_count()) as threads:
             return _count(job, project, threads, progress)
@@ -149,17 +161,27 @@ def _task(job: _Job, project, first: int) -> np.ndarray:
     for i in range(first, min(first + TASK // BLOCK, -(-job.samples // BLOCK))):
         q = _block(job, i)
         if job.keep is not None:
-            q = q[np.asarray(job.keep(q), bool)]
+            q = q[_chosen(job.keep(q), len(q))]
         if len(q):
-            total += np.bincount(_cells(job, project(q, job.arm)), minlength=len(total))
+            total += np.bincount(_cells(job, project(q, job.geometry)), minlength=len(total))
     return total
+
+
+def _chosen(kept, rows: int) -> np.ndarray:
+    kept = np.asarray(kept)
+    if kept.shape != (rows,) or kept.dtype.kind != "b":
+        raise BadInput(f"`keep` must return one True or False a row, shape ({rows},); got {kept.dtype} {kept.shape}.")
+    return kept
 
 
 def _block(job: _Job, i: int) -> np.ndarray:
     """The configurations of block i; the last block may be cut short."""
     random = np.random.default_rng(np.random.SeedSequence(job.seed, spawn_key=(i,)))
     low, high = np.array(job.limits, float).T
-    q = job.draw(random, min(BLOCK, job.samples - i * BLOCK), len(low))
+    rows = min(BLOCK, job.samples - i * BLOCK)
+    q = np.array(job.draw(random, rows, len(low)), dtype=float)
+    if q.shape != (rows, len(low)):
+        raise BadInput(f"`draw` must return numbers in [0, 1), shape {(rows, len(low))}; got shape {q.shape}.")
     q *= high - low
     q += low
     return q
@@ -174,40 +196,69 @@ def _cells(job: _Job, points: list[np.ndarray]) -> np.ndarray:
     return number
 
 
-def _plane(q: np.ndarray, arm: Geometry | Chain) -> list[np.ndarray]:
-    if isinstance(arm, Geometry):
+def _plane(q: np.ndarray, geometry: Geometry | Chain) -> list[np.ndarray]:
+    if isinstance(geometry, Geometry):
         q[:, 0] = 0.0
-        x, _, z = tips(q, arm).T
+        x, _, z = tips(q, geometry).T
         return [x, z]
-    x, y, z = tips(q, arm).T
+    x, y, z = tips(q, geometry).T
     return [np.hypot(x, y), z]
 
 
-def _space(q: np.ndarray, arm: Geometry | Chain) -> list[np.ndarray]:
-    return list(tips(q, arm).T)
+def _space(q: np.ndarray, geometry: Geometry | Chain) -> list[np.ndarray]:
+    return list(tips(q, geometry).T)
 
 
-def _span(arm: Geometry | Chain, limits) -> tuple[tuple[float, float], float]:
+def _span(geometry: Geometry | Chain, limits) -> tuple[tuple[float, float], float]:
     """The height, (low, high), and the distance from the z axis (mm) that the tip cannot exceed: all links in line."""
-    if isinstance(arm, Geometry):
-        reach = arm.L2 + arm.L3 + arm.L4
-        return (arm.L1 - reach, arm.L1 + reach), reach
+    if isinstance(geometry, Geometry):
+        reach = abs(geometry.L2) + abs(geometry.L3) + abs(geometry.L4)
+        return (geometry.L1 - reach, geometry.L1 + reach), reach
     reach = 0.0
-    for row, (low, high) in zip(arm.rows, _limits(arm, limits), strict=True):
+    for row, (low, high) in zip(geometry.rows, _limits(geometry, limits), strict=True):
         slide = max(abs(row.d + low), abs(row.d + high)) if row.prismatic else abs(row.d)
         reach += float(np.hypot(row.a, slide))
     return (-reach, reach), reach
 
 
-def _limits(arm: Geometry | Chain, limits) -> tuple:
-    limits = limits or (arm.limits if isinstance(arm, Chain) else LIMITS)
-    joints = len(arm) if isinstance(arm, Chain) else 4
-    if limits is None or len(limits) != joints:
-        raise BadInput(f"`limits` must give (low, high) for each of the {joints} joints; got {limits}.")
-    return tuple((float(low), float(high)) for low, high in limits)
+def _limits(geometry: Geometry | Chain, limits) -> tuple[tuple[float, float], ...]:
+    """The intervals to draw from: the limits, and one turn where a joint turns without end."""
+    if isinstance(geometry, Chain):
+        prismatic, names = [row.prismatic for row in geometry.rows], geometry.names
+        limits = geometry.limits if limits is None else limits
+    else:
+        prismatic, names = [False] * 4, ("q1", "q2", "q3", "q4")
+        limits = LIMITS if limits is None else limits
+    if limits is None:
+        raise BadInput(f"{geometry!r} has no limits: give `limits`, one (low, high) for each of its joints.")
+    pairs = as_limits(limits, len(names), prismatic)
+    return tuple(_drawn(*pair, name, slides) for pair, name, slides in zip(pairs, names, prismatic, strict=True))
 
 
-def _checked(samples: int) -> int:
-    if not isinstance(samples, (int, np.integer)) or samples < 1:
-        raise BadInput(f"`samples` must be a whole number, at least 1; got {samples!r}.")
-    return int(samples)
+def _drawn(low: float, high: float, name: str, slides: bool) -> tuple[float, float]:
+    if isfinite(low) and isfinite(high):
+        return low, high
+    if slides:
+        raise BadInput(f"{name} slides without end, ({low}, {high}) mm: give `limits` to draw from.")
+    if isfinite(low) or isfinite(high):
+        return (low, low + tau) if isfinite(low) else (high - tau, high)
+    return -pi, pi
+
+
+def _job(samples, seed, geometry, limits, draw, keep, axes=(), step=0.0) -> _Job:
+    """The order for the workers, every argument checked."""
+    for name, function in (("draw", draw), ("keep", keep)):
+        if not callable(function) and not (name == "keep" and function is None):
+            raise BadInput(f"`{name}` must be a function; got {shown(function)}.")
+    if prod(map(len, axes)) > MOST_CELLS:
+        raise BadInput(f"`step` = {step:g} mm makes {prod(map(len, axes)):.1e} cells; the most are {MOST_CELLS:.0e}.")
+    samples = as_count(samples, "samples", most=MOST_SAMPLES)
+    return _Job(samples, as_count(seed, "seed", 0), geometry, _limits(geometry, limits), draw, keep, axes, step)
+
+
+def _arm(geometry) -> Geometry | Chain:
+    """The arm, if it has numbers."""
+    arm = as_arm(geometry)
+    if isinstance(arm, Chain) and any(getattr(entry, "free_symbols", None) for row in arm.rows for entry in row.at(0)):
+        raise BadInput(f"{arm!r} has symbols in its rows: give them values first.")
+    return arm

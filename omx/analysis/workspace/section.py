@@ -8,15 +8,19 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arm import LIMITS
-from ...arrays import as_rows
+from ...arrays import as_number, as_rows
+from ...dh import as_limits
 from ...errors import BadInput
-from ...geometry import COURSE, Geometry
+from ...geometry import COURSE, Geometry, as_geometry
 from .arcs import Arc, critical_arcs
 from .arrangement import boundary_loops
 from .reach import reaches
 
 #: Gauss's nodes and weights on [-1, 1]: exact to the last bits for a quarter of a circle.
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
+
+#: The most cells side by side.
+MOST_CELLS = 20_000
 
 
 class Grid(NamedTuple):
@@ -140,6 +144,7 @@ def section(geometry: Geometry = COURSE, limits=LIMITS) -> ArmSection:
 
     Raises `BadInput` unless the limits of q2, q3 and q4 are (low, high), low < high, less than a turn apart.
     """
+    geometry, limits = as_geometry(geometry), as_limits(limits, 4)
     for name, (low, high) in zip(("q2", "q3", "q4"), limits[1:], strict=True):
         if not 0.0 < high - low < tau:
             raise BadInput(f"the limits of {name} must be (low, high) in rad, less than a turn; got ({low}, {high}).")
@@ -148,8 +153,11 @@ def section(geometry: Geometry = COURSE, limits=LIMITS) -> ArmSection:
 
 def centres(low: float, high: float, step: float) -> np.ndarray:
     """The centres of cells of size `step` that cover low .. high, the borders at whole multiples of `step`."""
-    if not step > 0:
-        raise BadInput(f"the size of a cell must be positive, in mm; got {step}.")
+    step = as_number(step, "step", "the side of a cell in mm, more than 0", 1e-6)
+    if (high - low) / step > MOST_CELLS:
+        raise BadInput(
+            f"`step` = {step:g} mm makes {(high - low) / step:.1e} cells in a row; the most are {MOST_CELLS}."
+        )
     first = np.floor(low / step)
     return (np.arange(first, max(np.ceil(high / step), first + 1)) + 0.5) * step
 

@@ -3,6 +3,9 @@
 import html
 import math
 
+#: What the names of the branches mean, for whoever stays on one with the mouse.
+BEND = "elbow up: the forearm bends down from the upper arm (bend > 0); elbow down: it bends up"
+
 _CELL = "padding:1px 7px;text-align:right;font-family:var(--jp-code-font-family,monospace);white-space:pre"
 _WORDS = "padding:1px 7px;white-space:nowrap"
 _TABLE = "border-collapse:collapse;font-size:13px;line-height:1.45"
@@ -43,7 +46,7 @@ def branch_table(solutions, colours, chosen) -> str:
         weight = "bold" if chosen is not None and solution.branch == chosen.branch else "normal"
         angles = "" if solution.q is None else ", ".join(number(math.degrees(v), 1) for v in solution.q)
         rows.append(
-            f'<tr style="font-weight:{weight}"><td>{dot}</td><td style="{_WORDS}">{solution.branch}</td>'
+            f'<tr style="font-weight:{weight}"><td>{dot}</td><td style="{_WORDS}" title="{BEND}">{solution.branch}</td>'
             f'<td style="{_CELL}">{angles}</td><td style="padding:1px 7px">{html.escape(verdict(solution))}</td></tr>'
         )
     return f'<table style="{_TABLE}">{"".join(rows)}</table>'

@@ -58,12 +58,12 @@ class Scene:
         half = 500.0 * max(0.4, self._aim[1])
         environment.set_ground(channel, self._floor, dark, half, half / 10)
 
-    def _night(self) -> dict[tuple, bytes]:
+    def _night(self) -> Channel:
         """The commands that make the stage dark, for a page that follows its reader's theme; none if it is dark."""
         night = Channel()
         if not self._dark:
             self._set_ground(night, True)
-        return night.log
+        return night
 
     # -- marks --------------------------------------------------------------------------------------------
 
@@ -126,7 +126,7 @@ class Scene:
             from .widget import SceneWidget
 
             config = {**self._config, "shell": html_export.shell(self._config)}
-            self._widget = SceneWidget(self.channel, height=self.height, title=repr(self), config=config)
+            self._widget = SceneWidget(self.channel, self._night(), height=self.height, title=repr(self), config=config)
         return self._widget
 
     def static_html(self, *, height: int | None = None, shared: bool = False) -> str:
@@ -138,7 +138,7 @@ class Scene:
         height = height or self.height
         if not shared:
             return html_export.frame(self.channel, self._config, height, repr(self))
-        return html_export.placeholder(self.channel, self._config, height, repr(self), self._night())
+        return html_export.placeholder(self.channel, self._config, height, repr(self), self._night().log)
 
     def __repr__(self) -> str:
         return "3-D scene"

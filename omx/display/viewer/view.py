@@ -8,6 +8,7 @@ from ...arm import HOME
 from ...errors import BadInput
 from ...geometry import COURSE
 from ...kinematics import pose as tool_pose
+from ...kinematics import warn_if_replaced
 from . import animation, annotations, skeleton
 from .arm_drawings import arm_drawings, finger_drawings, ghost_drawings
 from .commands import delete
@@ -30,6 +31,8 @@ class View(Scene):
     """
 
     def __init__(self, q=HOME, *, geometry=COURSE, height=420, dark=False, camera=Camera.ISO, plate=True):
+        if geometry is COURSE:
+            warn_if_replaced()
         self.geometry = geometry
         floor = -8.0 if plate else 0.0
         super().__init__(height=height, dark=dark, camera=camera, aim=(0.075, 0.0, 0.15), distance=1.1, floor=floor)

@@ -33,13 +33,32 @@ async function unpack(data) {
   return URL.createObjectURL(new Blob([source], { type: "text/javascript" }));
 }
 
+// ---- the theme of the page: JupyterLab and others say it on its body -----------------------
+
+function isDark() {
+  const light = document.body.dataset.jpThemeLight;
+  return light ? light === "false" : /dark/.test(document.body.dataset.vscodeThemeKind ?? "");
+}
+
 // ---- a scene: the log of commands, and the frames that show it ---------------------------------------------
 
 class Scene {
-  constructor() {
+  constructor(night) {
     this.seq = -1;
     this.log = new Map();
     this.frames = new Set();
+    this.night = new Map(); // what makes the stage dark, in place of the log's commands of the same keys
+    if (night?.keys) for (const command of split(night, night.data)) remember(this.night, command);
+  }
+
+  // A command as the theme wants it.
+  lit(key, command) {
+    return (isDark() && this.night.get(key)) || command;
+  }
+
+  // The whole scene, as the theme wants it.
+  all() {
+    return [...this.log].map(([key, command]) => this.lit(key, command));
   }
 
   // A message of the kernel: false if one before it was missed.
@@ -87,6 +106,8 @@ class Frame {
     Object.assign(this, { scene, model, el, iframe: null, waiting: new Map(), asked: 0 });
     this.watch = new IntersectionObserver((e) => this.onSeen(e.at(-1).isIntersecting), { rootMargin: "400px" });
     this.watch.observe(el);
+    this.theme = new MutationObserver(() => this.followTheme());
+    this.theme.observe(document.body, { attributeFilter: ["data-jp-theme-light", "data-vscode-theme-kind"] });
     scene.frames.add(this);
   }
 
@@ -118,8 +139,21 @@ class Frame {
     if (this.used === live) return this.iframe.contentWindow.location.reload();
     this.used = live;
     this.waiting.clear();
-    live.apply(this.scene.log.values());
+    live.apply(this.scene.all());
+    this.showTheme();
     this.el.dataset.ready = "true";
+  }
+
+  // The toolbar and the page below the scene.
+  showTheme() {
+    this.iframe.contentDocument.documentElement.classList.toggle("dark", isDark());
+  }
+
+  followTheme() {
+    if (!this.used) return;
+    const { log, night } = this.scene;
+    this.used.apply([...night.keys()].filter((key) => log.has(key)).map((key) => this.scene.lit(key, log.get(key))));
+    this.showTheme();
   }
 
   // Commands wait for the next repaint, the newest of each kind only.
@@ -131,7 +165,7 @@ class Frame {
   paint() {
     this.asked = 0;
     if (!this.used) return this.waiting.clear();
-    const commands = [...this.waiting.values()];
+    const commands = [...this.waiting].map(([key, command]) => this.scene.lit(key, command));
     this.waiting.clear();
     this.used.apply(commands);
   }
@@ -146,6 +180,7 @@ class Frame {
 
   end() {
     this.watch.disconnect();
+    this.theme.disconnect();
     this.stop();
     this.scene.frames.delete(this);
   }
@@ -156,7 +191,7 @@ class Frame {
 function sceneOf(model) {
   const key = model.get("key");
   if (!shared.scenes.has(key)) {
-    const scene = new Scene();
+    const scene = new Scene(model.get("night"));
     shared.scenes.set(key, scene);
     const first = model.get("scene");
     scene.take(first, first.data);
@@ -183,7 +218,8 @@ function render({ model, el }) {
   const box = document.createElement("div");
   box.className = "omx-scene";
   Object.assign(box.style, { width: "100%", overflow: "hidden", resize: "vertical", minHeight: "120px" });
-  const fit = () => { box.style.height = model.get("height") + "px"; };
+  // A small screen keeps room for the sliders below.
+  const fit = () => { box.style.height = `min(${model.get("height")}px, 45vh)`; };
   fit();
   model.on("change:height", fit);
   el.append(box);

@@ -17,6 +17,11 @@ class Bundle(ipywidgets.Widget):
     data = traitlets.Bytes().tag(sync=True)
 
 
+#: Figures are drawn on white paper; a dark theme dims the paper, as the site does.
+NIGHT_FIGURES = """
+body[data-jp-theme-light="false"] .jp-RenderedImage img { filter: brightness(0.82); border-radius: 6px; }
+"""
+
 _bundle: Bundle | None = None
 
 
@@ -33,6 +38,7 @@ class SceneWidget(anywidget.AnyWidget):
     """One scene in the page. Its state holds the whole scene whenever the page asks for it."""
 
     _esm = script("widget.js")
+    _css = NIGHT_FIGURES
 
     key = traitlets.Unicode().tag(sync=True)
     height = traitlets.Int(420).tag(sync=True)
@@ -40,9 +46,13 @@ class SceneWidget(anywidget.AnyWidget):
     config = traitlets.Dict().tag(sync=True)
     bundle = traitlets.Instance(ipywidgets.Widget).tag(sync=True, **ipywidgets.widget_serialization)
     scene = traitlets.Dict().tag(sync=True)
+    night = traitlets.Dict().tag(sync=True)
 
-    def __init__(self, channel: Channel, **traits):
+    def __init__(self, channel: Channel, night: Channel, **traits):
+        """`night` holds the commands that make the stage dark, for a page whose theme is."""
         self._channel = channel
+        content, buffers = night.replay()
+        traits["night"] = {**content, "data": buffers[0]}
         super().__init__(key=uuid.uuid4().hex, bundle=bundle(), **traits)
         channel.attach(self._post)
         self.on_msg(self._on_message)

@@ -1,0 +1,111 @@
+"""`python run.py lab [chapter]`: JupyterLab on the reader's own copies, or with --author on the chapters themselves.
+
+It listens on the loopback address, keeps what it saves clean (`saving`), and ends its start with one line: where the
+book is, and how to stop.
+"""
+
+import os
+import sys
+from pathlib import Path
+from urllib.parse import quote
+
+from book.reader import folder
+from book.setup import names
+from book.setup.paths import NOTEBOOKS, ROOT, WINDOWS, WORK, Stop
+
+#: JupyterLab's short options that say the same as one of ours.
+LONG = {
+    "--ip": "--ServerApp.ip",
+    "--notebook-dir": "--ServerApp.root_dir",
+    "--ServerApp.notebook_dir": "--ServerApp.root_dir",
+    "--transport": "--KernelManager.transport",
+    "--log-level": "--Application.log_level",
+    "--debug": "--Application.log_level=DEBUG",
+}
+SOCKET_PATH = 108 - 58  # bytes that a Unix socket's path holds, less what Jupyter puts behind the runtime folder
+
+
+def options(arguments):
+    """JupyterLab's own options: the reader's, and ours where the reader gives none."""
+    given = [longer(argument) for argument in arguments]
+    ours = [
+        "--ServerApp.ip=127.0.0.1",
+        f"--ServerApp.root_dir={ROOT}",
+        "--Application.log_level=WARN",
+        "--LabApp.extension_manager=readonly",  # the other one asks the internet
+        "--LanguageServerManager.autodetect=False",  # else the log ends with a list of servers that nobody misses
+        "--FileContentsManager.pre_save_hook=book.reader.saving.before_saving",
+    ]
+    if sys.platform == "linux" and len(os.fsencode(runtime_folder())) <= SOCKET_PATH:
+        ours.append("--KernelManager.transport=ipc")  # kernels' TCP ports collide now and then
+    if not WINDOWS and os.geteuid() == 0:
+        ours.append("--allow-root")  # in a container; JupyterLab refuses root otherwise
+    names_given = {argument.split("=")[0] for argument in given}  # JupyterLab takes each option once
+    return [option for option in ours if option.split("=")[0] not in names_given] + given
+
+
+def longer(argument):
+    """An option in its long form."""
+    name, *value = argument.split("=", 1)
+    return "=".join([LONG.get(name, name), *value])
+
+
+def runtime_folder():
+    """Where Jupyter keeps its sockets on Linux."""
+    share = os.environ.get("XDG_DATA_HOME") or os.path.expanduser("~/.local/share")
+    data = os.environ.get("JUPYTER_DATA_DIR") or os.path.join(share, "jupyter")
+    return os.environ.get("JUPYTER_RUNTIME_DIR") or os.path.join(data, "runtime")
+
+
+def command_line(arguments):
+    """(the notebook to open, JupyterLab's options) for the arguments of `run.py lab`. Raises `Stop`."""
+    is_author = "--author" in arguments
+    arguments = [argument for argument in arguments if argument != "--author"]
+    name = arguments.pop(0) if arguments and not arguments[0].startswith("-") else ""
+    where = NOTEBOOKS if is_author else WORK
+    notebook = names.chapter(name, where) if name else where / names.chapters()[0].name
+    taken = options(arguments)
+    root = next(option.split("=", 1)[1] for option in taken if option.startswith("--ServerApp.root_dir="))
+    root = Path(os.path.expanduser(root)).resolve()
+    if root in notebook.resolve().parents:
+        way = quote(notebook.resolve().relative_to(root).as_posix())
+        return notebook, [*taken, f"--LabApp.default_url=/lab/tree/{way}"]
+    if name:
+        raise Stop(
+            f"{notebook} is not below {root}, which is all that this JupyterLab shows: copy it into "
+            f"{WORK}, or add --notebook-dir={notebook.parent}"
+        )
+    return notebook, taken
+
+
+def start(arguments):
+    """Run JupyterLab until it is stopped."""
+    from jupyterlab.labapp import LabApp
+
+    server = LabApp.initialize_server(argv=arguments)
+    url = server.display_url.splitlines()[0]
+    server.identity_provider.token_generated = False  # else the server prints its addresses a second time
+    server.io_loop.add_callback(lambda: print(f"The book: {url} (to stop it: Ctrl-C here, twice)", flush=True))
+    server.start()
+
+
+def main(arguments):
+    if set(arguments) & {"--version", "-h", "--help", "--help-all", "--generate-config"} or arguments[:1] == ["list"]:
+        from jupyterlab.labapp import main as lab
+
+        return lab(argv=arguments)
+    try:
+        is_author = "--author" in arguments
+        waiting = [] if is_author else folder.prepare()
+        _, taken = command_line(arguments)
+    except (Stop, OSError) as stop:
+        print(f"run.py: {stop}", file=sys.stderr)
+        return 1
+    if waiting:
+        numbers = ", ".join(name[:2] for name in waiting)
+        print(f"New editions of {numbers} are here: `python run.py update` brings them in and keeps your answers.")
+    return start(taken)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,98 @@
+"""One run of each chapter for everybody: what nbval has run, the site, the slides and the other tests use again.
+
+`install` teaches nbval to run a chapter as the site does, with its scenes as HTML, and to keep the outputs once every
+cell has passed. Stored outputs are compared with the eyes of the normaliser: no figures, widgets or scenes.
+"""
+
+import json
+import os
+from unittest import mock
+
+import nbformat
+from nbformat import NotebookNode
+from nbval import kernel, plugin
+
+from book.chapters import normalise, runs
+from book.chapters.kernels import BlockingSocketKernelManager
+
+_set_up, _tear_down = plugin.IPyNbFile.setup, plugin.IPyNbFile.teardown
+_message, _run, _compare = (
+    plugin.IPyNbFile.get_kernel_message,
+    plugin.IPyNbCell.runtest,
+    plugin.IPyNbCell.compare_outputs,
+)
+
+
+def install():
+    """Put all of this in the place of nbval's own."""
+    kernel.KernelManager = BlockingSocketKernelManager
+    kernel.RunningKernel.stop = stop_politely
+    plugin.coalesce_streams = joined
+    plugin.IPyNbFile.setup, plugin.IPyNbFile.teardown = set_up, tear_down
+    plugin.IPyNbFile.get_kernel_message = get_message
+    plugin.IPyNbCell.runtest, plugin.IPyNbCell.compare_outputs = run_cell, compare_as_stored
+
+
+def is_chapter(file):
+    return file.path.parent == normalise.NOTEBOOKS
+
+
+def set_up(file):
+    file.passed, file.displays = {}, {}
+    with mock.patch.dict(os.environ, runs.variables(file.path) if is_chapter(file) else {}):
+        _set_up(file)
+
+
+def run_cell(cell):
+    _run(cell)
+    cell.parent.passed[cell.cell_num] = cell.test_outputs
+
+
+def tear_down(file):
+    """End the kernel; keep the run of a chapter of which every cell has passed."""
+    _tear_down(file)
+    if is_chapter(file):
+        notebook = nbformat.read(file.path, as_version=4)
+        cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
+        if len(file.passed) == len(cells):
+            for number, cell in enumerate(cells):
+                cell.outputs = file.passed[number]
+            runs.keep(file.path, notebook)
+
+
+def get_message(file, timeout=None, stream="iopub"):
+    """A message of the kernel; one that changes an earlier output is worked into that, as a page does."""
+    while True:
+        message = _message(file, timeout, stream)
+        content = message["content"]
+        display = content.get("transient", {}).get("display_id")
+        if message["msg_type"] == "update_display_data":
+            if display in file.displays:
+                file.displays[display].update(content["data"])
+            continue
+        if message["msg_type"] == "display_data":
+            content["data"] = file.displays[display] = NotebookNode(content["data"])
+        return message
+
+
+def stop_politely(kernel):
+    """Let the kernel run its exit handlers (arms let go of their ports) instead of killing it."""
+    kernel.km.shutdown_kernel(now=False)
+    kernel.kc.stop_channels()
+    del kernel.km
+
+
+def compare_as_stored(cell, test, ref, skip_compare=None):
+    """Compare what the normaliser would store of a cell's outputs."""
+    return _compare(cell, joined(normalise.clean_outputs(json.loads(json.dumps(test)))), ref, skip_compare)
+
+
+def joined(outputs):
+    """Outputs as nbformat reads them back: neighbouring pieces of one stream joined, texts as one string."""
+    joined = [nbformat.from_dict(output) for output in normalise.join_streams(outputs)]
+    for output in joined:
+        if "data" in output:
+            output["data"] = {
+                mime: normalise.text_of(v) if isinstance(v, list) else v for mime, v in output.data.items()
+            }
+    return joined
