@@ -115,7 +115,9 @@ def _dragging(robot, found: Findings):
     def drag(t: float) -> None:
         nonlocal sent
         wanted = home + math.radians(15) * math.sin(math.tau * t / DRAG_S) * AXES
-        sent = sent + np.clip(wanted - sent, -LONGEST, LONGEST)
+        step = sent + np.clip(wanted - sent, -LONGEST, LONGEST)
+        here = np.array(robot.driver.read().q)  # a computer that was busy catches up, the arm does not leap
+        sent = np.clip(step, here - 2 * LONGEST, here + 2 * LONGEST)
         robot.driver.stream_to(sent, 2.5 / RATE)
         found.drags += 1
 

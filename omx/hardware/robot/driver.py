@@ -515,7 +515,7 @@ class Driver:
         self._watch.begin()
         return tuple(units.CURRENT.value(value) for value in raw.values())
 
-    def _into_current(self, servos) -> None:
+    def _into_current(self, servos=JOINTS) -> None:
         """One of the `servos` after the other into current mode, each pushing as it did."""
         self._come_to_rest()
         with self._undisturbed():

@@ -5,13 +5,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ...errors import BadInput, Collision, JointLimit, OmxError, TooHeavy
-from ..clock import ticks
+from ..clock import period, ticks
 from .driver import Driver
 
 #: A step takes this share of what the speed cap allows, so that a step that comes late is not refused.
 SHARE = 0.9
 #: Steps are sent this many periods ahead.
 AHEAD = 2
+#: How far (rad) ahead of the arm a step may be: a program that was held up catches up, the arm does not leap.
+REACH = math.radians(5.0)
 
 
 @dataclass
@@ -34,17 +36,20 @@ def lead(driver: Driver, where: Callable[[], tuple[float, ...]], seconds: float,
     Where the guard refuses a step the arm waits at the last that passed, until the leader comes back. What else goes
     wrong, on either side, makes it hold and is raised. At the end it holds.
     """
-    led, sent, period = Led(), None, 1.0 / rate
+    led, step_s = Led(), period(rate)
+    most = driver.guard.speed_cap * step_s * SHARE
     try:
+        reading = driver.watch()
+        sent = reading.aim
         for _ in ticks(seconds, rate, driver.clock):
             wanted = _four(where())
-            sent = driver.watch().aim if sent is None else sent
-            most = driver.guard.speed_cap * period * SHARE
-            goal = tuple(a + min(max(b - a, -most), most) for a, b in zip(sent, wanted, strict=True))
+            goal = _within(sent, wanted, most)
+            goal = _within(reading.q, goal, REACH)
             try:
-                reading = driver.stream_to(goal, AHEAD * period)
+                reading = driver.stream_to(goal, AHEAD * step_s)
             except (Collision, JointLimit, TooHeavy) as reason:
                 led.refused, led.reason = led.refused + 1, reason
+                reading = driver.watch()
                 continue
             sent, led.sent = goal, led.sent + 1
             led.lag = max(led.lag, *(abs(a - b) for a, b in zip(reading.q, wanted, strict=True)))
@@ -53,6 +58,11 @@ def lead(driver: Driver, where: Callable[[], tuple[float, ...]], seconds: float,
         raise
     driver.wait()
     return led
+
+
+def _within(start, goal, most: float) -> tuple[float, ...]:
+    """`goal`, but no joint farther than `most` from `start`."""
+    return tuple(a + min(max(b - a, -most), most) for a, b in zip(start, goal, strict=True))
 
 
 def _four(q) -> tuple[float, ...]:

@@ -13,7 +13,7 @@ from ...dh import Chain, DHRow
 from ...errors import BadInput, OmxError
 from ...geometry import COURSE, Geometry
 from ...kinematics import fk, frames, ik, jacobian, pose, solve_ik
-from ..clock import SteppedClock, ticks
+from ..clock import SteppedClock, period, ticks
 from ..dynamixel.bus import Bus
 from ..log import Log, Recorder, read_log
 from ..safety import Guard
@@ -294,6 +294,7 @@ class Robot:
 
         Checked whole before the first step, like every trajectory (`follow`).
         """
+        period(rate)  # a mistake is told before anything moves
         log = log if isinstance(log, Log) else read_log(log)
         motion = teaching.trajectory(log, speed)
         teaching.check_speed(self.driver, motion, speed)

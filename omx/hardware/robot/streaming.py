@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from ...errors import BadInput
-from ..clock import ticks
+from ..clock import period, ticks
 from .driver import Driver, Reading
 
 #: A step that comes later than this (s) is not caught up with: the arm would have to leap.
@@ -17,11 +17,11 @@ NEAR = math.radians(3.0)
 
 def follow(driver: Driver, trajectory, rate: float, each: Callable[[Reading, float], None] | None) -> None:
     """What `Robot.follow` does, in rad."""
+    step_s = period(rate)
     _look_through(driver, trajectory)
-    period = 1.0 / rate
     try:
         for t in _along(trajectory.seconds, rate, driver.clock):
-            reading = driver.stream_to(trajectory.at(t + period), 2 * period)
+            reading = driver.stream_to(trajectory.at(t + step_s), 2 * step_s)
             if each:
                 each(reading, t)
     except BaseException as error:

@@ -190,6 +190,22 @@ def test_a_leader_that_leaps_is_followed_no_faster_than_the_cap(robot):
     assert math.degrees(robot.arm.q[0]) == pytest.approx(70, abs=1)
 
 
+def test_a_follower_that_was_held_up_catches_up_without_leaping(robot):
+    angle = [0.0]
+
+    def leader():
+        angle[0] += 0.2
+        if abs(angle[0] - 20) < 0.05:
+            robot.clock.sleep(1.0)  # the computer was busy: a hundred steps are due at once
+        return [angle[0], -60, 20, 40]
+
+    peak, watch = [], robot.driver.watch
+    robot.driver.watch = lambda: (reading := watch(), peak.append(max(map(abs, reading.speed))))[0]
+    robot.follow_leader(leader, 4.0, rate=100)
+    assert max(peak) <= robot.driver.guard.speed_cap * 1.05
+    assert math.degrees(robot.arm.q[0]) == pytest.approx(angle[0], abs=5.5)
+
+
 def test_a_leader_that_fails_makes_the_follower_hold(robot):
     angles = iter([[10, -60, 20, 40]] * 50)
 
@@ -207,3 +223,17 @@ def test_a_leader_that_fails_makes_the_follower_hold(robot):
     for bad in ([1, 2, 3], [float("nan")] * 4):
         with pytest.raises(BadInput):
             robot.follow_leader(lambda bad=bad: bad, 1.0)
+
+
+@pytest.mark.parametrize("rate", [0, -1, float("nan"), "50"])
+def test_a_rate_is_a_positive_number(robot, rate):
+    before = robot.arm.q
+    for call in (
+        lambda: robot.follow(omx.trajectory.joint_move(robot.q, omx.HOME, 2.0), rate),
+        lambda: robot.follow_leader(lambda: [0, -60, 20, 40], 1.0, rate),
+        lambda: robot.replay(MOTION, rate=rate),
+        lambda: list(robot.ticks(1.0, rate)),
+    ):
+        with pytest.raises(BadInput, match="`rate`"):
+            call()
+    assert robot.arm.q == before
