@@ -8,12 +8,20 @@ import pytest
 import omx
 from omx.display.panels.robot_panel import BEAT_S, RobotPanel
 from omx.hardware.robot import Robot
+from omx.hardware.safety import Guard
 from omx.hardware.simulator import SteppedClock, VirtualArm, VirtualPort
+
+
+class Stepped(SteppedClock):
+    """The test says how time passes, also when a panel looks on."""
+
+    def run(self):
+        pass
 
 
 @pytest.fixture
 def panel():
-    robot = Robot(clock=SteppedClock())
+    robot = Robot(clock=Stepped())
     panel = RobotPanel(robot, watch=False)
     yield panel
     panel.close()
@@ -62,7 +70,7 @@ def test_a_limp_arm_outside_its_limits_gets_a_panel_whose_ghost_is_inside():
 
 def test_without_motors_the_held_button_says_what_is_missing(panel):
     beat(panel)
-    assert "write_motor_state" in panel.message.value
+    assert "Press Motors on" in panel.message.value
     assert not panel.driver.torque
 
 
@@ -144,11 +152,142 @@ def test_the_state_of_each_servo_is_shown(panel):
         assert unit in panel.state.value
 
 
-def test_switching_the_motors_off_parks_first(panel):
+def hold(panel, button, seconds):
+    """The page's beats of a button that is held for so long."""
+    for _ in range(round(seconds / BEAT_S)):
+        button.held = True
+        button.beat += 1
+        panel.robot.clock.sleep(BEAT_S)
+
+
+def let_go(button):
+    button.held = False
+    button.beat += 1
+
+
+def test_switching_the_motors_off_moves_nothing_and_names_the_two_buttons_that_do(panel):
     panel.motors.value = True
+    before = where(panel)
     panel.motors.value = False
+    panel.robot.clock.sleep(1.0)
+    assert panel.motors.value
+    assert panel.driver.torque
+    assert "Park" in panel.message.value
+    assert "Relax" in panel.message.value
+    np.testing.assert_allclose(where(panel), before, atol=math.radians(1))
+
+
+def test_the_arm_parks_while_the_button_is_held_and_no_longer(panel):
+    panel.motors.value = True
+    panel.speed.value = 30
+    hold(panel, panel.park_button, 0.5)
+    let_go(panel.park_button)
+    panel.robot.clock.sleep(0.3)
+    held = where(panel)
+    panel.robot.clock.sleep(1.0)
+    np.testing.assert_allclose(where(panel), held, atol=math.radians(0.2))
+    assert panel.driver.torque
+    hold(panel, panel.park_button, 8.0)
     assert "Parked" in panel.message.value
+    assert not panel.driver.torque
     assert where(panel)[1] < math.radians(-70)
+
+
+def test_an_arm_that_sank_out_of_its_limits_is_parked_again(panel):
+    for _ in range(2):
+        panel.motors.value = True
+        panel.speed.value = 30
+        hold(panel, panel.park_button, 15.0)
+        assert "Parked" in panel.message.value, panel.message.value
+        panel.robot.clock.sleep(2.0)
+
+
+def test_the_motors_go_off_only_when_relax_is_held_to_its_end(panel):
+    panel.motors.value = True
+    hold(panel, panel.relax_button, 1.5)
+    let_go(panel.relax_button)
+    hold(panel, panel.relax_button, 1.5)
+    assert panel.driver.torque
+    assert "SUPPORT" in panel.message.value
+    panel.robot.clock.sleep(1.0)  # the page is silent: it begins again
+    hold(panel, panel.relax_button, 1.5)
+    assert panel.driver.torque
+    hold(panel, panel.relax_button, 1.0)
+    assert not panel.driver.torque
+    assert not panel.motors.value
+
+
+def test_the_slider_ends_at_the_speed_cap_and_the_arm_keeps_it():
+    robot = Robot(guard=Guard(speed_cap=math.radians(10)), clock=Stepped())
+    panel = RobotPanel(robot, watch=False)
+    panel.motors.value = True
+    panel.speed.value = 60
+    assert panel.speed.value == 10
+    panel.joints.sliders[0].value = 60
+    fastest = Fastest(robot.arm)
+    beat(panel, 15)
+    assert math.degrees(fastest.speed) == pytest.approx(10, rel=0.05)
+    panel.close()
+    robot.bus.close()
+
+
+class Fastest:
+    """The top speed (rad/s) of joint 1 from now on: it has no load, so it does not sag."""
+
+    def __init__(self, arm):
+        self.speed, live = 0.0, arm._live
+
+        def watched(steps):
+            self.speed = max(self.speed, abs(arm.joints[0].speed))
+            return live(steps)
+
+        arm._live = watched
+
+
+CODE = ("write_motor_state", "robot.", "resume()", "recover()")
+
+
+def test_the_panel_speaks_of_its_buttons_and_not_of_code(panel):
+    told = []
+    beat(panel)
+    told.append(panel.message.value)
+    panel.motors.value = True
+    panel.stop_button.click()
+    beat(panel)
+    told.append(panel.message.value)
+    release(panel)
+    panel.resume_button.click()
+    panel.robot.arm.faults.inject("overload", servo=12)
+    panel._try(panel.look)
+    told.append(panel.message.value)
+    assert not panel.resume_button.disabled
+    panel.robot.arm.faults.clear()
+    panel.resume_button.click()
+    assert panel.driver.torque
+    assert not any(panel.robot.bus.read_all([11, 12, 13, 14], "hardware_error").values())
+    assert all(text for text in told)
+    assert not [text for text in told if any(word in text for word in CODE)]
+
+
+def test_the_cell_run_again_ends_the_older_panel():
+    robot = Robot(clock=SteppedClock())
+    panels = [RobotPanel(robot) for _ in range(5)]
+    assert sum(not panel._closing.is_set() for panel in panels) == 1
+    panels[0]._thread.join(10)
+    assert not panels[0]._thread.is_alive()
+    assert panels[-1]._thread.is_alive()
+    panels[-1].close()
+    robot.bus.close()
+
+
+def test_warnings_of_the_opening_are_shown():
+    arm = VirtualArm()
+    arm.faults.inject("dead", servo=15)
+    robot = Robot(VirtualPort(arm, clock=SteppedClock()))
+    panel = RobotPanel(robot, watch=False)
+    assert "gripper" in panel.message.value
+    panel.close()
+    robot.bus.close()
 
 
 def test_its_text_is_deterministic(panel):

@@ -1,23 +1,27 @@
 """`RobotPanel`: the joint sliders on a `Robot`. The ghost is what you ask for, the solid arm is where the arm is.
 
 The sliders alone move nothing. Switch the motors on, set the ghost where you want the arm, and hold the button: the
-arm goes there while the button is held, and no longer. The page sends a heartbeat while it is held; if the page, the
-network or the kernel dies, the arm stops. The stop button works at any time, also while a cell is running.
+arm goes there while the button is held, and no longer. Parking, too, goes on only while its button is held, and the
+motors go off only when *Relax* has been held for two seconds. The page sends a heartbeat while a button is held; if the
+page, the network or the kernel dies, the arm stops. The stop button works at any time, also while a cell is running.
 """
 
 import contextlib
 import html
 import math
+import sys
 import threading
+import weakref
 
 import anywidget
 import ipywidgets
 import traitlets
 
-from ...arm import JOINT_IDS
-from ...errors import OmxError
+from ...arm import JOINT_IDS, PARK_SPEED
+from ...errors import BadInput, Collision, JointLimit, NotReady, OmxError, ServoFault, Stalled, Stopped, TorqueOff
 from ...hardware.clock import SteppedClock
 from ...hardware.dynamixel import registers as reg
+from ...hardware.robot.gate import way_to_rest
 from ..viewer.scene import mimebundle
 from ..viewer.view import View
 from .joint_panel import JointPanel
@@ -27,6 +31,13 @@ BEAT_S, SILENCE_S = 0.1, 0.35
 #: Seconds between two looks at the arm.
 LOOK_S = 0.1
 SLOWEST_DEG, FASTEST_DEG = 5, 60
+#: How long *Relax* must be held before the motors go off (s).
+RELAX_S = 2.0
+#: Where a way point of the parking motion counts as reached (rad).
+NEAR = math.radians(0.5)
+
+#: The panels at work: one a robot, and one a notebook cell.
+_panels = weakref.WeakSet()
 
 
 class HoldButton(anywidget.AnyWidget):
@@ -35,7 +46,7 @@ class HoldButton(anywidget.AnyWidget):
     _esm = """
     function render({ model, el }) {
       const button = document.createElement("button");
-      button.className = "jupyter-widgets jupyter-button widget-button mod-primary";
+      button.className = "jupyter-widgets jupyter-button widget-button" + (model.get("plain") ? "" : " mod-primary");
       button.style.cssText = "width:auto;padding:0 18px;touch-action:none;user-select:none";
       button.textContent = model.get("label");
       let timer = null;
@@ -60,6 +71,7 @@ class HoldButton(anywidget.AnyWidget):
     """
 
     label = traitlets.Unicode("Hold to move").tag(sync=True)
+    plain = traitlets.Bool(False).tag(sync=True)
     beat = traitlets.Int(0).tag(sync=True)
     held = traitlets.Bool(False).tag(sync=True)
 
@@ -72,6 +84,9 @@ class RobotPanel(ipywidgets.VBox):
 
     def __init__(self, robot, view: View | None = None, *, watch: bool = True):
         self.robot, self.driver = robot, robot.driver
+        self._cell = _this_cell()
+        for panel in [p for p in _panels if p.robot is robot or (p._cell and p._cell == self._cell)]:
+            panel.close()
         if isinstance(robot.clock, SteppedClock):
             robot.clock.run()
         limits = self.driver.guard.soft_limits
@@ -80,32 +95,42 @@ class RobotPanel(ipywidgets.VBox):
         self.joints = JointPanel(view or View(start, geometry=robot.geometry), limits=limits)
         self.joints.on_command = lambda q: None  # the ghost alone; the arm goes there while the button is held
         self._aim: tuple[float, ...] | None = None
+        self._way: list[tuple[float, ...]] = []  # to the rest pose
+        self._relaxing_since: float | None = None
+        self._relax_beat_at = -math.inf
         self._silent_at = math.inf
         self._looks = 0
         self.motors = ipywidgets.ToggleButton(description="Motors on", value=self.driver.torque, icon="power-off")
-        self.speed = ipywidgets.IntSlider(20, SLOWEST_DEG, FASTEST_DEG, description="speed", readout_format="d")
+        cap = max(1, math.floor(math.degrees(self.driver.guard.speed_cap)))
+        slow, fast = min(SLOWEST_DEG, cap), min(FASTEST_DEG, cap)
+        self.speed = ipywidgets.IntSlider(min(20, fast), slow, fast, description="speed", readout_format="d")
         self.hold = HoldButton()
         self.stop_button = ipywidgets.Button(description="STOP", button_style="danger", icon="hand-paper")
         self.stop_button.tooltip = "Hold at once; works while a cell is running"
         self.resume_button = ipywidgets.Button(description="Resume", disabled=True)
-        self.park_button = ipywidgets.Button(description="Park")
-        self.park_button.tooltip = "Fold the arm slowly, then motors off"
+        self.park_button = HoldButton(label="Hold to park", plain=True)
+        self.relax_button = HoldButton(label="Hold to relax", plain=True)
         self.message, self.state = ipywidgets.HTML(), ipywidgets.HTML()
         self.motors.observe(lambda change: self._try(self._switch, change.new), "value")
         self.hold.observe(lambda _: self._try(self._beat), "beat")
         self.stop_button.on_click(lambda _: self._try(self.stop))
         self.resume_button.on_click(lambda _: self._try(self.resume))
-        self.park_button.on_click(lambda _: self._try(self.park))
+        self.park_button.observe(lambda _: self._try(self._park_beat), "beat")
+        self.relax_button.observe(lambda _: self._try(self._relax_beat), "beat")
         unit = ipywidgets.Label("deg/s")
-        buttons = [self.motors, self.hold, self.stop_button, self.resume_button, self.park_button]
+        buttons = [self.motors, self.hold, self.stop_button, self.resume_button, self.park_button, self.relax_button]
         super().__init__([self.joints, ipywidgets.HBox(buttons), ipywidgets.HBox([self.speed, unit]), self.message,
                           self.state])  # fmt: skip
         self.joints.q = start
-        for button in (self.hold, self.stop_button, self.resume_button):
+        for button in (self.hold, self.stop_button, self.resume_button, self.park_button, self.relax_button):
             _heard_at_once(button)
+        self._say(" ".join(self.driver.condition.warnings))
         self.look()
+        _panels.add(self)
+        looks = (weakref.ref(self), self._closing)
+        self._thread = threading.Thread(target=_watch, args=looks, name="omx panel", daemon=True)
         if watch:
-            threading.Thread(target=self._watch, name="omx panel", daemon=True).start()
+            self._thread.start()
 
     def __repr__(self) -> str:
         return f"RobotPanel: {self.joints.view!r}"
@@ -127,19 +152,17 @@ class RobotPanel(ipywidgets.VBox):
         self._say("Stopped. The arm holds. Press Resume when it may move again.")
 
     def resume(self) -> None:
-        """Allow commands again."""
+        """Allow commands again, and switch on again what an error of its own has switched off."""
         self.driver.resume()
+        if any(self.robot.bus.read_all(JOINT_IDS, "hardware_error").values()):
+            self.driver.recover()
         self.resume_button.disabled = True
         self._say("")
-
-    def park(self) -> None:
-        """Fold the arm and switch the motors off."""
-        self.driver.park()
-        self.motors.value = False
 
     def close(self) -> None:
         """End the looks at the arm. The robot stays as it is."""
         self._closing.set()
+        _panels.discard(self)
         super().close()
 
     def _switch(self, on: bool) -> None:
@@ -150,21 +173,61 @@ class RobotPanel(ipywidgets.VBox):
             self.joints.q = _inside(self.driver.read().q, self.driver.guard.soft_limits)
             self._say("Motors on. Nothing moves before you hold the button.")
         else:
-            self.driver.park()
-            self._say("Parked, motors off.")
+            self.motors.value = True
+            self._say(
+                "The motors stay on. Hold Park to fold the arm and switch them off; or support it and hold Relax."
+            )
 
     def _beat(self) -> None:
         """One beat of the page: a step towards the ghost, or the end of the motion."""
-        if not self.hold.held:
-            self._let_go()
+        if self._held(self.hold):
+            self._step(self.joints.q, math.radians(self.speed.value))
+
+    def _park_beat(self) -> None:
+        """One beat: a step on the way to the rest pose; at its end the motors go off."""
+        if not self._held(self.park_button) or not self.driver.torque:
             return
-        here = self._aim or self.driver.read().q
-        step = math.radians(self.speed.value) * BEAT_S
-        far = max(abs(a - b) for a, b in zip(self.joints.q, here, strict=True))
-        share = min(1.0, step / far) if far else 1.0
-        self._aim = tuple(a + share * (b - a) for a, b in zip(here, self.joints.q, strict=True))
+        if self._aim is None:
+            self._way = way_to_rest(self.driver.guard, self.driver.read().aim)
+        if self._step(self._way[0], min(math.radians(self.speed.value), PARK_SPEED)):
+            del self._way[0]
+        if not self._way:
+            self._let_go()
+            self.driver.wait()
+            self.driver.relax()
+            self._say("Parked, motors off.")
+            self.motors.value = False
+
+    def _relax_beat(self) -> None:
+        """One beat: when it has been held for `RELAX_S` the motors go off."""
+        now, last = self.robot.clock.now(), self._relax_beat_at
+        self._relax_beat_at = now
+        if not self.relax_button.held or not self.driver.torque:
+            self._relaxing_since = None
+        elif self._relaxing_since is None or now - last > SILENCE_S:
+            self._relaxing_since = now
+            self._say(f"SUPPORT THE ARM. Its motors go off when you have held the button for {RELAX_S:.0f} s.")
+        elif now - self._relaxing_since >= RELAX_S:
+            self.driver.relax()
+            self._say("Relaxed: the motors are off, and the arm can be moved by hand.")
+            self.motors.value = False
+
+    def _held(self, button: HoldButton) -> bool:
+        """Is the button held? If not, what it moved stops."""
+        if not button.held:
+            self._let_go()
+        return button.held
+
+    def _step(self, goal, speed: float) -> bool:
+        """A step (rad) towards `goal`, as far as the arm goes between two beats; True if that is the last."""
+        reading = self.driver.read()
+        here = self._aim or reading.aim
+        far = max(abs(a - b) for a, b in zip(goal, here, strict=True))
+        share = min(1.0, speed * BEAT_S / far) if far else 1.0
+        self._aim = tuple(a + share * (b - a) for a, b in zip(here, goal, strict=True))
         self._silent_at = self.robot.clock.now() + SILENCE_S
         self.driver.stream_to(self._aim, 2 * BEAT_S)
+        return share == 1.0 and max(abs(a - b) for a, b in zip(goal, reading.aim, strict=True)) < NEAR
 
     def _let_go(self) -> None:
         if self._aim is not None:
@@ -181,11 +244,8 @@ class RobotPanel(ipywidgets.VBox):
         self.joints.show(self.driver.read().q)
         if self._looks % round(1 / LOOK_S) == 0:
             self.state.value = self._table()
+            self.motors.value, self.resume_button.disabled = self.driver.torque, self.driver.stopped is None
         self._looks += 1
-
-    def _watch(self) -> None:
-        while not self._closing.wait(LOOK_S) and self.robot.bus.is_open:
-            self._try(self.look)
 
     def _table(self) -> str:
         health = reg.block("present_voltage", "present_temperature")
@@ -207,12 +267,48 @@ class RobotPanel(ipywidgets.VBox):
         except OmxError as error:
             with contextlib.suppress(OmxError):
                 self._let_go()
-            self._say(str(error), wrong=True)
+            self.resume_button.disabled = self.driver.stopped is None and not isinstance(error, ServoFault)
+            self._say(_in_buttons(error), wrong=True)
             self.motors.value = self.driver.torque
 
     def _say(self, text: str, wrong: bool = False) -> None:
         colour = "#b00020" if wrong else "inherit"
         self.message.value = f"<span role='status' style='color:{colour}'>{html.escape(text)}</span>"
+
+
+def _watch(panel, closing: threading.Event) -> None:
+    """Ten looks a second, until the panel is closed or nobody has it any more."""
+    while not closing.wait(LOOK_S):
+        here = panel()
+        if here is None or not here.robot.bus.is_open:
+            return
+        here._try(here.look)
+        del here
+
+
+def _this_cell() -> str | None:
+    """The id of the notebook cell that is being run, where JupyterLab tells it."""
+    ipython = sys.modules.get("IPython")
+    kernel = getattr(ipython.get_ipython() if ipython else None, "kernel", None)
+    return kernel.get_parent().get("metadata", {}).get("cellId") if kernel else None
+
+
+def _in_buttons(error: OmxError) -> str:
+    """What went wrong, with the buttons of this panel for the calls of a program."""
+    if isinstance(error, TorqueOff):
+        return "The motors are off. Press Motors on: the arm stays where it is."
+    if isinstance(error, Stopped):
+        return f"The arm holds: {error.why}. Press Resume when it may move again."
+    if isinstance(error, Stalled):
+        return f"{str(error).partition(';')[0]}. Then press Resume."
+    if isinstance(error, ServoFault):
+        causes = "; ".join(f"servo {servo}: {', '.join(words)}" for servo, words in error.causes.items())
+        return f"{causes}. Support the arm, remove the cause, then press Resume: that servo restarts."
+    if isinstance(error, (Collision, JointLimit)):
+        return f"{error} Move the sliders so that the pale arm is free, and hold the button again."
+    if isinstance(error, (BadInput, NotReady)) and "write_motor_state" in str(error):
+        return f"{str(error).partition(': `robot')[0]}. Hold Relax, then press Motors on."
+    return str(error)
 
 
 def _inside(q, limits) -> tuple[float, ...]:

@@ -35,15 +35,11 @@ def seconds(guard: Guard, start, goal, asked: float | None, cap: float) -> float
     """
     slow = outside(guard, start)
     fewest = guard.seconds(start, goal) * guard.speed_cap / min(cap, SLOW if slow else cap)
-    if asked is None:
-        took = fewest
-    else:
-        took = max(asked, fewest) if slow else guard.seconds(start, goal, asked)
-    took = max(took, SHORTEST_S)
+    if asked is not None and not slow:
+        fewest = guard.seconds(start, goal, asked)
+    took = max(asked or 0.0, fewest, SHORTEST_S)
     if not took <= LONGEST_S:
-        raise BadInput(
-            f"`seconds` must be at most {LONGEST_S:.0f}, a servo's longest profile; this way takes {took:g}."
-        )
+        raise BadInput(f"`seconds` may be {LONGEST_S:.0f} at most, a servo's longest profile; this way takes {took:g}.")
     return took
 
 

@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 from ...arm import JOINT_IDS
-from ...errors import NotReady, OmxError, OutOfBounds, Stalled
+from ...errors import NotReady, OmxError, OutOfBounds, Stalled, TooFast
 from .. import gravity
 from ..conditions import HEALTH, judge
 from ..dynamixel import registers as reg
@@ -77,11 +77,13 @@ class Monitor:
                 return Stalled(joint, reading.current[joint - 1])
         return None
 
-    def out_of_bounds(self, reading: Reading, guard: Guard, seconds: float) -> OutOfBounds | None:
-        """Will a joint that goes on like this for `seconds` be too near a limit, the table, or the arm itself?"""
-        ahead = [q + v * seconds for q, v in zip(reading.q, reading.speed, strict=True)]
+    def out_of_bounds(self, q, speed, guard: Guard, seconds: float) -> OutOfBounds | None:
+        """Is `speed` (rad/s) above the cap, or will it bring the arm in `seconds` too near a limit or the table?"""
+        fastest = max(map(abs, speed))
         try:
-            guard.check(ahead, reading.q)
+            if fastest > guard.speed_cap:
+                raise TooFast(f"q{list(map(abs, speed)).index(fastest) + 1}", fastest, guard.speed_cap, seconds)
+            guard.check([a + v * seconds for a, v in zip(q, speed, strict=True)], q)
         except OmxError as reason:
             return OutOfBounds(reason)
         return None

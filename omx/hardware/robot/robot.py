@@ -62,6 +62,8 @@ class Robot:
         if port is None:
             self.arm = VirtualArm(q=HOME)
             port = VirtualPort(self.arm, clock=clock or SteppedClock())
+        elif isinstance(port, VirtualPort):
+            self.arm = port.arm
         self.bus: Bus = open_bus(port) if isinstance(port, str) else Bus(port)
         self._seconds: float | None = None
         try:

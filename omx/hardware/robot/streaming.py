@@ -9,8 +9,8 @@ from ...errors import BadInput
 from ..clock import period, ticks
 from .driver import Driver, Reading
 
-#: A step that comes later than this (s) is not caught up with: the arm would have to leap.
-HELD_UP_S = 0.1
+#: A step that comes so many periods after the one before is not caught up with: the arm would have to leap.
+HELD_UP = 1.5
 #: How far (rad) the arm may be from where the trajectory starts.
 NEAR = math.radians(3.0)
 
@@ -19,9 +19,11 @@ def follow(driver: Driver, trajectory, rate: float, each: Callable[[Reading, flo
     """What `Robot.follow` does, in rad."""
     step_s = period(rate)
     _look_through(driver, trajectory)
+    last = 0.0
     try:
         for t in _along(trajectory.seconds, rate, driver.clock):
-            reading = driver.stream_to(trajectory.at(t + step_s), 2 * step_s)
+            reading = driver.stream_to(trajectory.at(t + step_s), max(t - last, step_s) + step_s)
+            last = t
             if each:
                 each(reading, t)
     except BaseException as error:
@@ -36,7 +38,7 @@ def _along(seconds: float, rate: float, clock) -> Iterator[float]:
     while held_up:
         held_up = False
         for t in ticks(max(seconds - start, 0.0), rate, clock):
-            held_up = start + t - last > max(HELD_UP_S, 2 / rate)
+            held_up = start + t - last > HELD_UP / rate
             if held_up:
                 break
             last = start + t

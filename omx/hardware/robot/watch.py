@@ -47,10 +47,14 @@ class Watch:
     def _glance(self, driver) -> None:
         try:
             driver.glance()
-            if driver.forgotten:
-                _log.warning("%s: the arm was left to itself, so it parks.", driver.bus.name)
-                driver.park()
         except OmxError as error:
             if driver.trouble is None:
                 driver.trouble = error
                 _log.warning("%s", error)
+        if driver.forgotten:
+            _log.warning("%s: the arm was left to itself, so it parks.", driver.bus.name)
+            try:
+                driver.park()
+            except OmxError as error:
+                driver.asked_at = self._clock.now()  # not again at once
+                _log.warning("it could not park: %s", error)
