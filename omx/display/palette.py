@@ -16,5 +16,10 @@ PALE = "#8a929c"
 
 #: Red, green and blue for x, y and z, dark enough to read and different enough in grey.
 AXES = ("#c8322b", "#20803a", "#1f57c3")
+#: Colours by name, for those who ask for red: the book's own, told apart by everybody.
+NAMES = {
+    "black": INK, "white": "#ffffff", "grey": PALE, "gray": PALE, "red": AXES[0], "green": GREEN, "blue": BLUE,
+    "orange": ORANGE, "pink": PINK, "vermilion": VERMILION, "sky": SKY,
+}  # fmt: skip
 #: What a limit refuses, and what touches.
 REFUSED = "#c8102e"

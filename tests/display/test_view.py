@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 import omx
 from omx.display.viewer import Camera, View, animation
+from omx.display.viewer.annotations import rgb
 from omx.display.viewer.linkage import Linkage
 from tests.helpers.scenes import Page, decoded, objects, placed
 
@@ -413,3 +414,27 @@ def test_importing_the_view_needs_no_server():
         env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("colour", "numbers"),
+    [("red", (200, 50, 43)), ("Blue", (0, 114, 178)), ("#fff", (255, 255, 255)), ("#0072B2", (0, 114, 178)),
+     ((1, 2.0, np.int64(3)), (1, 2, 3))],
+)  # fmt: skip
+def test_a_colour_by_name_by_digits_or_by_numbers(colour, numbers):
+    assert rgb(colour) == numbers
+    View().arrow("a", (0, 0, 0), (0, 0, 100), colour=colour)
+
+
+@pytest.mark.parametrize("colour", ["#12", "rgb(1,2,3)", "", None, 3, (1, 2, 300), (1, 2), ("a", "b", "c"), [True] * 3])
+def test_what_is_no_colour_is_named(colour):
+    with pytest.raises(omx.BadInput, match="`colour` must be"):
+        View().path([(0, 0, 0), (0, 0, 9)], colour=colour)
+
+
+def test_a_camera_by_name_and_all_four_names_for_another():
+    view = View(camera="side")
+    assert view.camera is omx.Camera.SIDE
+    for wrong in ("up", None, 3):
+        with pytest.raises(omx.BadInput, match=r"omx.Camera.ISO, omx.Camera.SIDE, omx.Camera.FRONT, omx.Camera.TOP"):
+            view.camera = wrong

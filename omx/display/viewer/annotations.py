@@ -1,10 +1,13 @@
 """Marks in the scene: labelled frames, arrows, planes, polylines, a target. All sizes in mm."""
 
 import math
+import re
 
 import numpy as np
 
-from ..palette import AXES, BLUE, INK, VERMILION
+from ...arrays import as_number, shown
+from ...errors import BadInput
+from ..palette import AXES, BLUE, INK, NAMES, VERMILION
 from .mesh import Solid
 from .primitives import ball, cone, tube
 from .threejs import FLAT, ON_TOP, Drawing
@@ -13,10 +16,21 @@ _LABELLED = {**FLAT, **ON_TOP, "side": 0}
 
 
 def rgb(colour) -> tuple[int, int, int]:
-    """`#rrggbb`, or three numbers 0..255, as three integers."""
+    """`#rrggbb`, `#rgb`, one of `NAMES`, or three numbers 0..255, as three integers; `BadInput` otherwise."""
     if isinstance(colour, str):
-        return tuple(int(colour.lstrip("#")[i : i + 2], 16) for i in (0, 2, 4))
-    return tuple(int(c) for c in colour)
+        digits = NAMES.get(colour.lower(), colour).lstrip("#")
+        digits = "".join(2 * digit for digit in digits) if len(digits) == 3 else digits
+        if re.fullmatch("[0-9a-fA-F]{6}", digits):
+            red, green, blue = bytes.fromhex(digits)
+            return red, green, blue
+    elif np.shape(colour) == (3,) and all(
+        0 <= as_number(part, "colour", "three numbers 0..255") < 256 for part in colour
+    ):
+        red, green, blue = (int(part) for part in colour)
+        return red, green, blue
+    raise BadInput(
+        f"`colour` must be '#rrggbb', three numbers 0..255, or one of {', '.join(NAMES)}; got {shown(colour)}."
+    )
 
 
 def triad(index: int | None = None, size: float = 55.0) -> Drawing:

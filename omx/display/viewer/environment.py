@@ -4,6 +4,8 @@ from enum import Enum
 
 import numpy as np
 
+from ...arrays import shown
+from ...errors import BadInput
 from .moving_parts import put_object, put_property
 from .threejs import Drawing
 
@@ -19,6 +21,15 @@ class Camera(Enum):
     SIDE = (0.0, -1.0, 0.06)
     FRONT = (1.0, 0.0, 0.12)
     TOP = (0.0, -0.002, 1.0)
+
+    @classmethod
+    def _missing_(cls, value):
+        """A camera by its name, `"top"`; `BadInput` names all four."""
+        found = cls.__members__.get(value.upper()) if isinstance(value, str) else None
+        if found is None:
+            names = ", ".join(f"omx.Camera.{name}" for name in cls.__members__)
+            raise BadInput(f"`camera` must be one of {names}; got {shown(value)}.")
+        return found
 
     def place(self, aim, distance: float) -> dict:
         """`position` and `target` (m) of a camera that looks at `aim` (3,) from `distance`, in MeshCat's y-up axes."""
