@@ -4,7 +4,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ...errors import BadInput, Collision, JointLimit, OmxError, TooHeavy
+from ...arrays import as_four
+from ...errors import Collision, JointLimit, OmxError, TooHeavy
 from ..clock import period, ticks
 from .driver import Driver
 
@@ -42,7 +43,7 @@ def lead(driver: Driver, where: Callable[[], tuple[float, ...]], seconds: float,
         reading = driver.watch()
         sent = reading.aim
         for _ in ticks(seconds, rate, driver.clock):
-            wanted = _four(where())
+            wanted = as_four(where(), "leader", "four joint angles in rad")
             goal = _within(sent, wanted, most)
             goal = _within(reading.q, goal, REACH)
             try:
@@ -63,10 +64,3 @@ def lead(driver: Driver, where: Callable[[], tuple[float, ...]], seconds: float,
 def _within(start, goal, most: float) -> tuple[float, ...]:
     """`goal`, but no joint farther than `most` from `start`."""
     return tuple(a + min(max(b - a, -most), most) for a, b in zip(start, goal, strict=True))
-
-
-def _four(q) -> tuple[float, ...]:
-    numbers = tuple(float(angle) for angle in q)
-    if len(numbers) != 4 or not all(map(math.isfinite, numbers)):
-        raise BadInput(f"the leader must give four finite joint angles; got {numbers}.")
-    return numbers

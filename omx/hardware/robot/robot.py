@@ -314,7 +314,7 @@ class Robot:
         """
 
         def where():
-            return leader.q if isinstance(leader, Robot) else np.radians(_numbers(leader(), "leader()"))
+            return leader.q if isinstance(leader, Robot) else np.radians(as_four(leader(), "leader()", "four numbers"))
 
         return leading.lead(self.driver, where, seconds, rate)
 
