@@ -76,7 +76,8 @@ def page(notebook, path, results, is_run):
     )
     how = "run from top to bottom" if is_run else "as it was saved, not run again"
     when = datetime.datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z")
-    about = f"<p>{html.escape(path.name)}, {how}, {when}. {sum(checked)} of {len(checked)} exercises pass their checks.</p>"
+    count = f"{sum(checked)} of {len(checked)} exercises pass their checks"
+    about = f"<p>{html.escape(path.name)}, {how}, {when}. {count}.</p>"
     body = "\n".join(f'<section class="cell">{piece}</section>' for cell in cells if (piece := shown(cell)))
     template = (ROOT / "book" / "templates" / "handin.html").read_text(encoding="utf-8")
     values = {"title": html.escape(name), "about": f"{about}<table>{rows}</table>", "body": body, "scripts": scripts()}
