@@ -37,7 +37,7 @@ EDITS = (  # what a stored notebook holds, what it holds after the edit
 
 def validate(path):
     """Run pytest with this book's settings on one notebook; (exit status, output)."""
-    command = [sys.executable, "-m", "pytest", "-c", str(ROOT / "pyproject.toml"), "-p", "tests.conftest"]
+    command = [sys.executable, "-m", "pytest", "-c", str(ROOT / "pyproject.toml")]
     command += ["--color=no", "-p", "no:cacheprovider", str(path)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
     return done.returncode, done.stdout + done.stderr

@@ -1,4 +1,4 @@
-"""One run of each chapter for everybody: what nbval has run, the site, the slides and the other tests use again.
+"""A pytest plugin: one run of each chapter for everybody, which the site, the slides and the other tests use again.
 
 `install` teaches nbval to run a chapter as the site does, with its scenes as HTML, and to keep the outputs once every
 cell has passed. Stored outputs are compared with the eyes of the normaliser: no figures, widgets or scenes.
@@ -6,6 +6,7 @@ cell has passed. Stored outputs are compared with the eyes of the normaliser: no
 
 import json
 import os
+import tempfile
 from unittest import mock
 
 import nbformat
@@ -21,6 +22,33 @@ _message, _run, _compare = (
     plugin.IPyNbCell.runtest,
     plugin.IPyNbCell.compare_outputs,
 )
+
+
+def pytest_configure(config):
+    """Keep the checked-in modules out of every notebook's reach, and let kernels keep their bytecode."""
+    install()
+    config.generated = tempfile.TemporaryDirectory(prefix="omx-generated-")
+    os.environ["OMX_GENERATED"] = config.generated.name
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
+
+def pytest_unconfigure(config):
+    os.environ.pop("OMX_GENERATED", None)
+    config.generated.cleanup()
+
+
+def pytest_collection_modifyitems(items):
+    """Let nbval look at every cell, and give a kernel on a busy machine time to say what it printed.
+
+    The chapters come first: all others use their runs. The browser tests come last: Playwright keeps an event loop
+    running, in which no other can be started.
+    """
+    items.sort(key=lambda item: ("browser" in item.path.parts) - (item.path.suffix == ".ipynb"))
+    for item in items:
+        if isinstance(item, plugin.IPyNbCell):
+            item.output_timeout = 30
+            if item.cell.execution_count is None and not item.cell.outputs:
+                item.cell.execution_count = 0  # stored without outputs, so it must have none; nbval would skip it
 
 
 def install():
