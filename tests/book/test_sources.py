@@ -283,7 +283,7 @@ def test_erratum_clamping_before_testing_gives_legal_angles_of_another_place():
 def test_erratum_the_inverse_of_a_measured_pose_agrees_with_any_angles_at_all():
     """Figure 1 against figure 2: IK(FK(q)) = q for angles out of a hat, so their agreement says nothing of the arm."""
     for q in oracles.random_q(200):
-        assert oracles.angle_gap(omx.solve_ik(omx.pose(q), near=q).q, q).max() < 1e-6
+        assert oracles.angle_gap(omx.solve_ik(omx.pose(q), start=q).q, q).max() < 1e-6
 
 
 WAYPOINTS = [(25, -100, 150, -60), (150, 80, 300, 0), (250, -115, 75, -45), (25, -100, 150, -60)]
@@ -298,7 +298,7 @@ def test_every_waypoint_of_lab_3_is_legal():
 
 
 def test_erratum_the_path_between_the_waypoints_is_no_triangle():
-    corners = [np.array(omx.solve_ik((*w[:3], radians(w[3])), near=omx.HOME)) for w in WAYPOINTS]
+    corners = [np.array(omx.solve_ik((*w[:3], radians(w[3])), start=omx.HOME)) for w in WAYPOINTS]
     bulges = []
     for a, b, start, end in zip(corners, corners[1:], WAYPOINTS, WAYPOINTS[1:], strict=False):
         way = omx.pose(a + np.linspace(0, 1, 101)[:, None] * (b - a))[:, :3] - start[:3]
