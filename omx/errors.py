@@ -23,13 +23,12 @@ class OmxError(Exception):
 
     def _render_traceback_(self) -> list[str]:
         """What a notebook shows: the reader's own lines and the sentence, nothing of ours between them."""
-        frames = traceback.extract_tb(self.__traceback__)
-        theirs = [
-            frame
-            for frame in frames
-            if not os.path.realpath(frame.filename).startswith((_HOME, sys.prefix, sys.base_prefix))
-        ]
-        return [f"line {frame.lineno}: {frame.line}" for frame in theirs] + _noted(f"{type(self).__name__}: {self}")
+        ours, lines = (_HOME, sys.prefix, sys.base_prefix), []
+        for frame in traceback.extract_tb(self.__traceback__):
+            if not os.path.realpath(frame.filename).startswith(ours):
+                within = "" if frame.name == "<module>" else f" of {frame.name}"
+                lines.append(f"line {frame.lineno}{within}:   {frame.line}")
+        return lines + _noted(f"{type(self).__name__}: {self}")
 
 
 def _noted(message: str) -> list[str]:

@@ -8,15 +8,15 @@ Not in it: solutions, speaker's notes, tests, teaching pages, the grader, histor
 
 import re
 import subprocess
-import sys
 import tempfile
+import venv
 import zipfile
 from pathlib import Path
 
 from book.chapters import normalise
 from book.chapters.cells import slide_type, source, tags
 from book.chapters.student import Refused, kept_lines, secret_lines, squeeze, student_copy
-from book.setup.paths import ENVIRONMENT, ROOT, Stop
+from book.setup.paths import ENVIRONMENT, ROOT, WINDOWS, Stop, child_environment
 
 #: What goes along, by glob, and what of that stays here.
 ALONG = (
@@ -112,10 +112,12 @@ def add(archive, name, content, how=zipfile.ZIP_DEFLATED):
 
 
 def download(folder):
-    """Put the pinned packages for this system and this Python into a folder. Raises `Stop`."""
-    command = [sys.executable, "-m", "pip", "download", "--quiet", "--disable-pip-version-check", "--only-binary=:all:",
-               "--dest", str(folder), "-r", str(ENVIRONMENT)]  # fmt: skip
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    """Put the pinned packages for this system and this Python into a folder, as wheels. Raises `Stop`."""
+    with tempfile.TemporaryDirectory() as place:
+        venv.EnvBuilder(with_pip=True, symlinks=not WINDOWS).create(place)
+        pip = [str(Path(place, "Scripts/python.exe" if WINDOWS else "bin/python")), "-m", "pip", "wheel", "--quiet"]
+        command = [*pip, "--disable-pip-version-check", "--no-deps", "--wheel-dir", str(folder), "-r", str(ENVIRONMENT)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False, env=child_environment())
     if done.returncode:
         last = (done.stderr or done.stdout).strip().splitlines() or ["it said nothing"]
         raise Stop(f"The packages could not be downloaded: {last[-1][:200]}")

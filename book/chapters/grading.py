@@ -16,7 +16,6 @@ import concurrent.futures
 import contextlib
 import json
 import os
-import re
 import secrets
 import shutil
 import subprocess
@@ -29,6 +28,7 @@ from pathlib import Path
 from book.chapters import marks, normalise
 from book.chapters.cells import headings, is_code, source, tags
 from book.chapters.student import POINTS, bound, grade_id, nth, sheet_cells, slug, student_copy, title
+from book.setup import names
 from book.setup.paths import ROOT, VENV, Stop
 
 CELL_TIMEOUT_S, STUDENT_TIMEOUT_S = 30, 600
@@ -417,9 +417,9 @@ def main(argv=None):
         if options.what == "marks":
             print(*marks.totals(course), sep="\n")
             return 0
-        if not re.fullmatch(r"\d\d?.*|.*\.ipynb", options.chapter or ""):
+        if not options.chapter:
             raise Stop(f"`grading {options.what}` wants a chapter, such as 03.")
-        (chapter,) = normalise.chapters([options.chapter])
+        chapter = names.chapter(options.chapter)
         if options.what == "assign":
             print(assign(chapter, course, options.hidden, thin=not options.open))
         else:

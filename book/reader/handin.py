@@ -29,11 +29,11 @@ HAND_IN = WORK / "hand-in"
 REAL_PORT = re.compile(r"/dev/|\bCOM\d")
 MATHS = re.compile(r"\\\((.+?)\\\)|\\\[(.+?)\\\]", re.S)
 MARKS = {True: "\u2713", False: "\u2717", None: "\u2013"}
-WORDS = {True: "passed", False: "not yet", None: "not run"}
+WORDS = {True: "passed", False: "not yet", None: "not checked"}
 
 
 def write(path, target, run=True):
-    """Write the page of a notebook file; the (exercise, passed) of each exercise, None where it was not run."""
+    """Write the page of a notebook file; the (exercise, passed) of each exercise, None where nothing was checked."""
     notebook = normalise.read(path)
     is_run = run and not any(REAL_PORT.search(source(cell)) for cell in notebook["cells"] if is_code(cell))
     if is_run:
@@ -68,7 +68,7 @@ def page(notebook, path, results, is_run):
     """The whole page."""
     cells = [cell for cell in notebook["cells"] if not str(cell.get("id", "")).startswith("omx-links")]
     name = next((text for cell in cells for level, text in headings(cell) if level == 1), path.stem)
-    passed = sum(bool(result) for _, result in results)
+    checked = [result for _, result in results if result is not None]
     rows = "".join(
         f'<tr class="{WORDS[result].replace(" ", "-")}"><td>{MARKS[result]}</td><td>{html.escape(exercise)}</td>'
         f"<td>{WORDS[result]}</td></tr>"
@@ -76,7 +76,8 @@ def page(notebook, path, results, is_run):
     )
     how = "run from top to bottom" if is_run else "as it was saved, not run again"
     when = datetime.datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z")
-    about = f"<p>{html.escape(path.name)}, {how}, {when}. {passed} of {len(results)} exercises pass their checks.</p>"
+    count = f"{sum(checked)} of {len(checked)} exercises pass their checks"
+    about = f"<p>{html.escape(path.name)}, {how}, {when}. {count}.</p>"
     body = "\n".join(f'<section class="cell">{piece}</section>' for cell in cells if (piece := shown(cell)))
     template = (ROOT / "book" / "templates" / "handin.html").read_text(encoding="utf-8")
     values = {"title": html.escape(name), "about": f"{about}<table>{rows}</table>", "body": body, "scripts": scripts()}

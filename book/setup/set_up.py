@@ -135,7 +135,7 @@ def install(lock):
     has_uv = ask("-m", "uv", "--version")[0]
     if has_uv and tried(own, lock):
         return
-    pip = [*with_pip(lock), "install", "--disable-pip-version-check", "--retries=2", "--timeout=20"]
+    pip = [*with_pip(lock), "install", "--disable-pip-version-check", "--retries=2", "--timeout=20", *beside()]
     if not has_uv:
         call([*pip, pinned("uv")], lock)
         if tried(own, lock):
@@ -156,13 +156,19 @@ def tried(uv, lock):
     """Install environment.txt with this uv; False when it could not, so that pip must."""
     say("Installing the packages with uv; the first time this takes a minute ...")
     try:
-        call([*uv, "pip", "install", "--python", PYTHON, "-r", requirements()], lock)
+        call([*uv, "pip", "install", *beside(), "--python", PYTHON, "-r", requirements()], lock)
     except Failed as failed:
         if failed.full:
             raise
         say(f"uv could not: {failed.last_line}\nTrying another way, which takes longer ...")
         return False
     return True
+
+
+def beside():
+    """The options to install from the folder `wheels` of a student's edition, and from nowhere else, if it is there."""
+    wheels = ROOT / "wheels"
+    return ["--no-index", "--find-links", str(wheels)] if wheels.is_dir() else []
 
 
 def pinned(package):

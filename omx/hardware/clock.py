@@ -6,6 +6,7 @@ import math
 import threading
 import time
 from collections.abc import Callable, Iterator
+from numbers import Real
 
 from ..errors import BadInput
 
@@ -86,6 +87,13 @@ class SteppedClock:
                 heapq.heappush(self._alarms, (self._slept + seconds, next(self._count), action))
 
 
+def period(rate: float) -> float:
+    """Seconds from one turn to the next of a loop at `rate` turns a second; raises `BadInput`."""
+    if not (isinstance(rate, Real) and math.isfinite(rate) and rate > 0):
+        raise BadInput(f"`rate` must be a positive number of turns a second; got {rate!r}.")
+    return 1.0 / rate
+
+
 def ticks(seconds: float, rate: float, clock: Clock | None = None) -> Iterator[float]:
     """The moments (s since the start) of a fixed-rate loop: `for t in ticks(10, rate=50): ...`.
 
@@ -93,11 +101,11 @@ def ticks(seconds: float, rate: float, clock: Clock | None = None) -> Iterator[f
     already passed come at once, so that no sample is left out. `clock` (wall time if left out) has `now` and `sleep`.
     """
     clock = clock or Clock()
-    if not (math.isfinite(seconds) and seconds >= 0 and math.isfinite(rate) and rate > 0):
-        raise BadInput(f"`seconds` must be 0 or more and `rate` positive; got {seconds} and {rate}.")
-    start = clock.now()
-    for i in range(math.floor(seconds * rate + 1e-9) + 1):
-        wait = start + i / rate - clock.now()
+    if not (isinstance(seconds, Real) and math.isfinite(seconds) and seconds >= 0):
+        raise BadInput(f"`seconds` must be 0 or more; got {seconds!r}.")
+    start, step = clock.now(), period(rate)
+    for i in range(math.floor(seconds / step + 1e-9) + 1):
+        wait = start + i * step - clock.now()
         if wait > 0:
             clock.sleep(wait)
         yield clock.now() - start

@@ -131,6 +131,35 @@ def joint_path(
     return path
 
 
+def joint_spline(waypoints, seconds: float | Sequence[float], rate: float = 100.0) -> Trajectory:
+    """Through `waypoints` (N, 4) rad without stopping, at rest at both ends; `seconds` as for `joint_path`.
+
+    A clamped cubic spline: on each leg a cubic, and where two meet position, velocity and acceleration agree. The
+    velocities at the waypoints solve that. Between two waypoints it may swing a little beyond them.
+    """
+    q = as_rows(waypoints, "waypoints", 4, "joint angles in rad")
+    if q.ndim != 2 or len(q) < 2:
+        raise BadInput(f"`waypoints` must be at least two configurations, shape (N, 4); got {q.shape}.")
+    h = np.broadcast_to(np.asarray(seconds, dtype=float), (len(q) - 1,))
+    if not (np.isfinite(h).all() and (h > 0).all() and np.isfinite(rate) and rate > 0):
+        raise BadInput(f"`seconds` and `rate` must be positive numbers; got {seconds} and {rate}.")
+    slopes = np.diff(q, axis=0) / h[:, None]
+    A, b = np.eye(len(q)), np.zeros_like(q)
+    for i in range(1, len(q) - 1):
+        A[i, i - 1 : i + 2] = h[i], 2 * (h[i - 1] + h[i]), h[i - 1]
+        b[i] = 3 * (h[i] * slopes[i - 1] + h[i - 1] * slopes[i])
+    v = np.linalg.solve(A, b)
+    knots = np.concatenate([[0.0], np.cumsum(h)])
+    t = np.linspace(0.0, knots[-1], max(2, ceil(knots[-1] * rate) + 1))
+    leg = np.clip(np.searchsorted(knots, t, side="right") - 1, 0, len(h) - 1)
+    u, width = (t - knots[leg])[:, None], h[leg][:, None]
+    c2 = (3 * slopes[leg] - 2 * v[leg] - v[leg + 1]) / width
+    c3 = (v[leg] + v[leg + 1] - 2 * slopes[leg]) / width**2
+    return Trajectory(
+        t, q[leg] + u * (v[leg] + u * (c2 + u * c3)), v[leg] + u * (2 * c2 + 3 * c3 * u), 2 * c2 + 6 * c3 * u
+    )
+
+
 def line(
     start,
     pose,

@@ -309,6 +309,9 @@ def test_progress_counts_the_exercises_whose_checks_passed_last(book):
     for outputs, counted in (([], "0 of 1"), ([right], "1 of 1 \u2713"), ([right, wrong], "0 of 1")):
         edit(work / "07-lines.ipynb", lambda cells, o=outputs: cells[-2].update(outputs=o))
         assert f"| {counted} |" in overview.table(work)
+    in_words = [markdown("### Exercise 7.2: in words", tags=["exercise"]), markdown("", tags=["solution"])]
+    edit(work / "07-lines.ipynb", lambda cells: cells.extend(in_words))
+    assert "| 0 of 1 |" in overview.table(work), "what is told in words is not counted"
     overview.write(work)
     assert "0 of 1" in (work / overview.NAME).read_text()
     edit(work / overview.NAME, lambda cells: cells[0].update(source="# My own contents"))

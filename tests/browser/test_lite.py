@@ -57,7 +57,7 @@ def test_a_chapter_lives_with_the_network_cut(built, chromium):
         asked = frame.evaluate("omxScene.tool.state().asked")
         frame.evaluate("(pose) => omxScene.tool.move(pose)", [*asked[:2], asked[2] - 30, asked[3]])
         tab.wait_for_timeout(1500)
-        shown = float(tab.locator(".widget-readout").nth(1).inner_text())
+        shown = float(tab.locator(".widget-readout").nth(1).inner_text().replace("\N{MINUS SIGN}", "-"))
         assert shown == pytest.approx(math.degrees(frame.evaluate("omxScene.tool.state().q[1]")), abs=0.51)
         assert tab.outside == []
 

@@ -133,5 +133,5 @@ def test_a_notebook_shows_the_readers_lines_and_the_sentence_alone(tmp_path):
     with pytest.raises(omx.Unreachable) as caught:
         runpy.run_path(str(mine))
     first, second, *rest = caught.value._render_traceback_()[-3:]
-    assert (first, second) == ("line 6: go()", "line 4: return omx.solve_ik([900, 0, 0, 0])")
+    assert (first, second) == ("line 6:   go()", "line 4 of go:   return omx.solve_ik([900, 0, 0, 0])")
     assert rest == [f"Unreachable: {caught.value}"]

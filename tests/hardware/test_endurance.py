@@ -7,7 +7,8 @@ from tests.helpers.endurance import endure
 
 def test_rounds_of_moving_logging_and_dragging_end_where_they_began(tmp_path):
     found = endure(60.0, tmp_path / "a.csv", SteppedClock())
-    assert len(found.home) >= 4
+    assert found.carried == found.gripped == len(found.home) >= 4
+    assert found.degrees < 50
     assert found.missed == 0
     assert len(read_log(tmp_path / "a.csv")) == found.taken
     assert found.drift < 0.1

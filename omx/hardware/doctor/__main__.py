@@ -4,6 +4,7 @@ import argparse
 import sys
 
 from ...errors import OmxError
+from ..robot.calibration import load_calibration
 from ..simulator import SteppedClock, VirtualArm, VirtualPort
 from ..simulator.server import parse_fault
 from .examination import doctor
@@ -20,6 +21,7 @@ def arguments() -> argparse.ArgumentParser:
     parser.add_argument("--virtual", action="store_true", help="examine a virtual arm")
     parser.add_argument("--fault", action="append", default=[], help='with --virtual: "KIND servo=13 value=1"')
     parser.add_argument("--pose", type=float, nargs=4, metavar="DEG", help="where you say the joints are")
+    parser.add_argument("--calibration", metavar="FILE", help="the arm's own calibration, shown with the rest")
     return parser
 
 
@@ -28,10 +30,11 @@ def main(argv=None) -> int:
     given = arguments().parse_args(argv)
     try:
         port = _virtual(given.fault) if given.virtual else given.port
+        known = load_calibration(given.calibration) if given.calibration else None
     except OmxError as error:
         print(error, file=sys.stderr)
         return 2
-    report: Report = doctor(port, given.pose)
+    report: Report = doctor(port, given.pose, known)
     print(report)
     return 0 if report.healthy else 1
 

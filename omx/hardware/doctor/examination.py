@@ -10,14 +10,17 @@ from .servo_checks import how_they_are, what_they_are
 from .software_checks import examine_port_name, examine_software, holder
 
 
-def doctor(bus_or_port=None, pose_deg=None) -> Report:
+def doctor(bus_or_port=None, pose_deg=None, calibration=None) -> Report:
     """Examine the arm on `bus_or_port`, or on the first port that has one; prints well and is data.
 
     `bus_or_port` is a port's name, a `Port`, a `Bus`, or a `Robot`. `pose_deg`: four angles (deg) that you say the
-    arm is at, to find a horn that was screwed on wrong. Reads only: no servo is written to, nothing moves.
+    arm is at, to find a horn that was screwed on wrong. `calibration`: what to show
+    of the arm's own; a `Robot` brings its. Reads only: no servo is written to, nothing moves.
     """
     report = Report()
     examine_software(report)
+    if known := calibration or getattr(bus_or_port, "calibration", None):
+        report.facts.append(f"calibrated by {known}")
     given = getattr(bus_or_port, "bus", bus_or_port)
     if given is None:
         _search(report, pose_deg)

@@ -1,6 +1,7 @@
 """The arm itself, virtual or real, through one class: `Robot()` needs no hardware, `Robot("auto")` finds yours."""
 
 from ...errors import NotReady, ServoLost, ServoRestarted, Stalled, Stopped, TorqueOff
+from .calibration import load_calibration, save_calibration
 from .discovery import find_ports
 from .driver import Driver, Reading
 from .robot import Robot
@@ -16,4 +17,6 @@ __all__ = [
     "Stopped",
     "TorqueOff",
     "find_ports",
+    "load_calibration",
+    "save_calibration",
 ]

@@ -40,6 +40,7 @@ from ...errors import (
     TooFast,
     TorqueOff,
 )
+from .. import gravity
 from ..conditions import judge, registers
 from ..dynamixel import registers as reg
 from ..dynamixel import units
@@ -74,10 +75,13 @@ _log = logging.getLogger("omx.robot")
 class Driver:
     """Four joints and a gripper on `bus`, driven within `guard`. Making one reads only; nothing moves.
 
-    `idle_s`: after so long without a command an arm that holds parks itself; None: never.
+    `idle_s`: after so long without a command an arm that holds parks itself; None: never. `offsets` (rad): added to
+    what the joints read, and taken off what they are sent, so that all angles are the arm's own.
     """
 
-    def __init__(self, bus: Bus, guard: Guard | None = None, *, idle_s: float | None = IDLE_S):
+    def __init__(
+        self, bus: Bus, guard: Guard | None = None, *, idle_s: float | None = IDLE_S, offsets=(0.0, 0.0, 0.0, 0.0)
+    ):
         self.bus, self.guard, self.clock = bus, guard or Guard(), bus.clock
         self.condition: Condition = look_over(bus)
         if self.condition.problems:
@@ -86,7 +90,7 @@ class Driver:
         limits = {servo: (at[servo]["min_position_limit"], at[servo]["max_position_limit"]) for servo in at}
         self._pwm_limits = {servo: at[servo]["pwm_limit"] for servo in JOINT_IDS}
         self.servos = Servos(bus, limits, self._pwm())
-        self.monitor = Monitor(bus)
+        self.monitor = Monitor(bus, offsets)
         self.brake = Brake(self.servos, self.monitor)
         self.gripper = Gripper(self.servos)
         self.trouble: OmxError | None = None  # what the watch met, until somebody asks
@@ -94,6 +98,7 @@ class Driver:
         self.busy = False  # in the middle of something that the watch must not come between
         self._streamed: tuple[float, ...] | None = None  # the last point of a stream
         self._until = math.inf  # when a push ends that is not repeated
+        self._pushed: set[int] = set()  # the servos in current mode
         self._folding = self.hot = False
         self.mode = "position"
         self.torque = any(at[servo]["torque_enable"] for servo in JOINT_IDS)
@@ -379,7 +384,9 @@ class Driver:
 
     def _send(self, goal, seconds: float, ramp: float, confirmed: bool = True) -> tuple[float, ...]:
         """The last gate: nothing comes after a stop. Returns the goal in whole ticks."""
-        ticks = {servo: units.POSITION.raw(angle) for servo, angle in zip(JOINTS, goal, strict=True)}
+        offsets = self.monitor.offsets
+        readings = [angle - offset for angle, offset in zip(goal, offsets, strict=True)]
+        ticks = {servo: units.POSITION.raw(angle) for servo, angle in zip(JOINTS, readings, strict=True)}
         try:
             with self.brake.lock:
                 self.brake.refuse_if_latched()
@@ -390,7 +397,7 @@ class Driver:
             self.broken_off(error)
             raise
         self._watch.begin()
-        return tuple(units.POSITION.value(tick) for tick in ticks.values())
+        return tuple(units.POSITION.value(ticks[servo]) + a for servo, a in zip(JOINTS, offsets, strict=True))
 
     def _check_settings(self) -> None:
         """Is every joint still as we set it up? After a restart, or another program, a goal would mean full speed."""
@@ -484,25 +491,40 @@ class Driver:
 
         It holds in position mode, and sooner if a joint comes near a limit or the table.
         """
-        self._ready("current")
         milliamps = as_four(milliamps, "currents", "four numbers, one a joint")
         if max(map(abs, milliamps)) > STALL_MA:
             raise BadInput(f"`currents` may be at most {STALL_MA:.0f} mA; got {max(map(abs, milliamps)):.0f}.")
+        self._ready("current")
+        return self._push(self.watch(), dict(zip(JOINTS, milliamps, strict=True)))
+
+    def balance(self, joints=(1, 2, 3, 4)) -> Reading:
+        """Carry the weight of `joints` in current mode, so that a hand can move them; the others hold. Repeat it.
+
+        Like `currents` in all else. Returns the reading that the currents are for.
+        """
+        self._ready("current")
         reading = self.watch()
+        weight = dict(zip(JOINTS, gravity.holding_currents(reading.q, self.guard.payload_g), strict=True))
+        self._push(reading, {JOINTS[joint - 1]: weight[JOINTS[joint - 1]] for joint in joints})
+        return reading
+
+    def _push(self, reading: Reading, milliamps: dict[int, float]) -> tuple[float, ...]:
         # A motor has no inertia to speak of: what it pushes more than now decides at once how much faster it turns.
-        now = zip(reading.speed, milliamps, reading.current, strict=True)
-        speed = [v + (wanted - mA) * SPEED_PER_MA for v, wanted, mA in now]
+        now = zip(JOINTS, reading.speed, reading.current, strict=True)
+        speed = [v + (milliamps.get(servo, mA) - mA) * SPEED_PER_MA for servo, v, mA in now]
         if wrong := self.monitor.out_of_bounds(reading.q, speed, self.guard, AHEAD_S):
             self.halt()  # what it was told before ends, too
             raise wrong.reason
+        if self.pushing and self._pushed != set(milliamps):
+            self._stand()
         if not self.pushing:
-            self._into_current()
-        raw = {servo: units.CURRENT.raw(mA) for servo, mA in zip(JOINTS, milliamps, strict=True)}
+            self._into_current(milliamps)
+        raw = {servo: units.CURRENT.raw(mA) for servo, mA in milliamps.items()}
         try:
             with self.brake.lock:
                 self.brake.refuse_if_latched()
                 # Should this program die, the servos' own watchdog ends the push; they are limp then.
-                self.bus.write_all("bus_watchdog", dict.fromkeys(JOINTS, units.WATCHDOG.raw(UNREPEATED_S)))
+                self.bus.write_all("bus_watchdog", dict.fromkeys(raw, units.WATCHDOG.raw(UNREPEATED_S)))
                 self.bus.write_all("goal_current", raw)
                 self._until = self.clock.now() + UNREPEATED_S
         except BaseException as error:
@@ -511,12 +533,12 @@ class Driver:
         self._watch.begin()
         return tuple(units.CURRENT.value(value) for value in raw.values())
 
-    def _into_current(self) -> None:
-        """One servo after the other into current mode, each pushing as it did."""
+    def _into_current(self, servos=JOINTS) -> None:
+        """One of the `servos` after the other into current mode, each pushing as it did."""
         self._come_to_rest()
         with self._undisturbed():
-            self.pushing, self._until = True, self.clock.now()
-            for servo in JOINTS:
+            self.pushing, self._until, self._pushed = True, self.clock.now(), set(servos)
+            for servo in servos:
                 self.servos.set_up(servo, "current", on=True)
             self._until = self.clock.now() + UNREPEATED_S
 

@@ -37,11 +37,11 @@ class Reading(NamedTuple):
 class Monitor:
     """The joints on `bus`, looked at and judged. `seen`: when they were read last, and where each was (ticks).
 
-    `new_warnings` are sentences that nobody has been told yet.
+    `offsets` (rad) are added to what is read. `new_warnings` are sentences that nobody has been told yet.
     """
 
-    def __init__(self, bus: Bus):
-        self.bus = bus
+    def __init__(self, bus: Bus, offsets=(0.0,) * 4):
+        self.bus, self.offsets = bus, offsets
         self.seen: tuple[float, dict[int, int]] = (-math.inf, {})
         self.new_warnings: list[str] = []
         self._warned: set[tuple[str, int]] = set()
@@ -56,7 +56,10 @@ class Monitor:
         current, speed, q, aim_speed, aim = (
             tuple(map(unit.value, column)) for unit, column in zip(_UNITS, columns, strict=True)
         )
-        return Reading(q, speed, current, aim, aim_speed)
+        return Reading(self._corrected(q), speed, current, self._corrected(aim), aim_speed)
+
+    def _corrected(self, q) -> tuple[float, ...]:
+        return tuple(angle + offset for angle, offset in zip(q, self.offsets, strict=True))
 
     @property
     def alert(self) -> bool:

@@ -3,6 +3,7 @@
 import contextlib
 import logging
 import math
+import os
 from collections.abc import Callable
 
 import numpy as np
@@ -13,12 +14,13 @@ from ...dh import Chain, DHRow
 from ...errors import BadInput, OmxError
 from ...geometry import COURSE, Geometry
 from ...kinematics import fk, frames, ik, jacobian, pose, solve_ik
-from ..clock import SteppedClock, ticks
+from ..clock import SteppedClock, period, ticks
 from ..dynamixel.bus import Bus
-from ..log import Log, Recorder
+from ..log import Log, Recorder, read_log
 from ..safety import Guard
 from ..simulator import VirtualArm, VirtualPort
-from . import shutdown, streaming
+from . import leading, shutdown, streaming, teaching
+from .calibration import Calibration, load_calibration
 from .discovery import open_bus
 from .driver import Driver, Reading
 from .gripper import Grip
@@ -47,13 +49,16 @@ class Robot:
     of your own. `idle_s`: an arm that nobody has asked for anything for so long parks; None: never. `clock`: time of
     the virtual arm. Left out, it moves only when somebody waits for it, and in real time once a `RobotPanel` looks on;
     `Clock(10)` is ten times as fast. What is worth knowing is said by the logger "omx.robot", in a notebook below the
-    cell.
+    cell. `calibration`: what chapter 12 found for this very arm, or the file that `save_calibration` wrote; its lengths
+    count unless `geometry` is given. Nothing of it is written to the servos.
     Raises `NotReady` with everything that is wrong, or a `PortError`.
     """
 
-    def __init__(self, port=None, *, geometry: Geometry = COURSE, guard: Guard | None = None, clock=None,
-                 idle_s: float | None = IDLE_S, payload_g: float = 0.0):  # fmt: skip
-        self.geometry = geometry
+    def __init__(self, port=None, *, geometry: Geometry | None = None, guard: Guard | None = None, clock=None,
+                 idle_s: float | None = IDLE_S, payload_g: float = 0.0, calibration=None):  # fmt: skip
+        found = load_calibration(calibration) if isinstance(calibration, (str, os.PathLike)) else calibration
+        self.calibration: Calibration | None = found
+        self.geometry = geometry = geometry or (found.geometry if found else COURSE)
         self.arm: VirtualArm | None = None
         if port is None:
             self.arm = VirtualArm(q=HOME)
@@ -63,7 +68,8 @@ class Robot:
         self.bus: Bus = open_bus(port) if isinstance(port, str) else Bus(port)
         self._seconds: float | None = None
         try:
-            self.driver = Driver(self.bus, guard or Guard(geometry=geometry, payload_g=payload_g), idle_s=idle_s)
+            self.driver = Driver(self.bus, guard or Guard(geometry=geometry, payload_g=payload_g), idle_s=idle_s,
+                                 offsets=found.offsets if found else (0.0,) * 4)  # fmt: skip
         except BaseException:
             self.bus.close()
             raise
@@ -250,10 +256,13 @@ class Robot:
         called now and then, with 0 .. 1. Whatever ends it early, the arm holds, and every sample taken is on the disk,
         and in `LogError.samples`.
         """
+        return self._record(self.driver.watch, seconds, path, rate, progress, notes)
+
+    def _record(self, look: Callable[[], Reading], seconds, path, rate, progress, notes) -> Log:
         with Recorder(path, COLUMNS, self.geometry, **notes) as recorder:
             try:
                 for i, t in enumerate(self.ticks(seconds, rate)):
-                    self._sample(recorder, self.driver.watch(), t)
+                    self._sample(recorder, look(), t)
                     if progress and i % 10 == 0:
                         progress(min(t / seconds, 1.0) if seconds else 1.0)
                 if progress:
@@ -266,6 +275,48 @@ class Robot:
     def _sample(self, recorder: Recorder, reading: Reading, t: float) -> None:
         x, y, z, pitch = pose(reading.q, self.geometry)
         recorder.write(t, *_in_degrees(reading).ravel().tolist(), x, y, z, math.degrees(pitch))
+
+    def teach(
+        self, seconds: float, path="taught.csv", joints=(1, 2, 3, 4), rate: float = 50.0, progress=None, **notes
+    ) -> Log:
+        """Lead the arm by hand for `seconds`, recorded as by `log`; then it holds. `replay` runs what was taught.
+
+        The motors carry the weight of `joints`, payload and all: the arm stays where it is left. The others hold.
+        **Keep a hand at the arm**: it carries what the model says it weighs, not what it does. It holds, and the log
+        ends with the reason raised, where a joint comes near a limit, the table or the arm itself.
+        """
+        joints = teaching.joints_named(joints)
+        self.driver.set_mode("current")
+        try:
+            return self._record(lambda: self.driver.balance(joints), seconds, path, rate, progress, notes)
+        finally:
+            self.driver.hold()
+
+    def replay(self, log, speed: float = 1.0, rate: float = 50.0, each=None) -> None:
+        """Run what was taught or logged, a `Log` or its path, at `speed` times its speed; first go to where it starts.
+
+        Checked whole before the first step, like every trajectory (`follow`).
+        """
+        period(rate)  # a mistake is told before anything moves
+        log = log if isinstance(log, Log) else read_log(log)
+        motion = teaching.trajectory(log, speed)
+        teaching.check_speed(self.driver, motion, speed)
+        streaming.check_path(self.driver, motion)
+        self.driver.command(motion.q[0])
+        self.driver.arrive(motion.q[0])
+        self.follow(motion, rate, each)
+
+    def follow_leader(self, leader, seconds: float, rate: float = 100.0) -> leading.Led:
+        """For `seconds` go where `leader` goes: another `Robot`, or a function that returns four angles (deg).
+
+        A leader with relaxed or balanced joints is led by hand. Each step passes the guard; where one is refused the
+        arm waits until the leader comes back. It begins from wherever it is, no faster than the speed cap.
+        """
+
+        def where():
+            return leader.q if isinstance(leader, Robot) else np.radians(as_four(leader(), "leader()", "four numbers"))
+
+        return leading.lead(self.driver, where, seconds, rate)
 
     def hold(self) -> None:
         """Stop where the arm is, motors on."""

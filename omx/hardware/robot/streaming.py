@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from ...errors import BadInput
-from ..clock import ticks
+from ..clock import period, ticks
 from .driver import Driver, Reading
 
 #: A step that comes so many periods after the one before is not caught up with: the arm would have to leap.
@@ -19,11 +19,12 @@ NEAR = math.radians(3.0)
 
 def follow(driver: Driver, trajectory, rate: float, each: Callable[[Reading, float], None] | None) -> None:
     """What `Robot.follow` does, in rad."""
+    step_s = period(rate)
     _look_through(driver, trajectory)
-    period, last = 1.0 / rate, 0.0
+    last = 0.0
     try:
         for t in _along(trajectory.seconds, rate, driver.clock):
-            reading = driver.stream_to(trajectory.at(t + LEAD * period), max(t - last, period) + period)
+            reading = driver.stream_to(trajectory.at(t + LEAD * step_s), max(t - last, step_s) + step_s)
             last = t
             if each:
                 each(reading, t)
@@ -47,6 +48,12 @@ def _along(seconds: float, rate: float, clock) -> Iterator[float]:
         start = min(last + 1 / rate, seconds)
 
 
+def check_path(driver: Driver, trajectory) -> None:
+    """Raise what the guard has against the trajectory, at 200 points of it."""
+    for q in trajectory.q[:: max(1, len(trajectory.q) // 200)]:
+        driver.guard.check(q)
+
+
 def _look_through(driver: Driver, trajectory) -> None:
     """Raise what would stop the arm on its way, before it sets off."""
     start, guard = driver.read().q, driver.guard
@@ -55,8 +62,7 @@ def _look_through(driver: Driver, trajectory) -> None:
         raise BadInput(
             f"the arm is {math.degrees(gap):.1f} deg away from where the trajectory starts; `move_to` its start."
         )
-    for q in trajectory.q[:: max(1, len(trajectory.q) // 200)]:
-        guard.check(q)
+    check_path(driver, trajectory)
     fastest = float(np.abs(trajectory.qd).max())
     if fastest > guard.speed_cap:
         raise BadInput(

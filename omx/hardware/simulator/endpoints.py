@@ -33,31 +33,24 @@ class TcpEnd:
 
     def read(self) -> bytes:
         """What the client has sent. A newcomer is let in if there is no client, and shown the door otherwise."""
-        if _readable(self._listener):
-            newcomer, _ = self._listener.accept()
-            if self._client and not self._gone():
-                newcomer.close()
-            else:
-                self.hang_up()
-                newcomer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-                newcomer.setblocking(False)
-                self._client, self._new = newcomer, True
-        data = b""
         if self._client and _readable(self._client):
+            data = b""
             with contextlib.suppress(OSError):
                 data = self._client.recv(4096)
             if not data or (self._new and data[:1].isalpha()):
                 self.hang_up()
                 return b""
             self._new = False
-        return data
-
-    def _gone(self) -> bool:
-        """True if the client has closed its side and nothing is left to read."""
-        try:
-            return _readable(self._client) and not self._client.recv(1, socket.MSG_PEEK)
-        except OSError:
-            return True
+            return data
+        if _readable(self._listener):  # whoever has just left has been heard out, and is gone
+            newcomer, _ = self._listener.accept()
+            if self._client:
+                newcomer.close()
+            else:
+                newcomer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                newcomer.setblocking(False)
+                self._client, self._new = newcomer, True
+        return b""
 
     def write(self, data: bytes):
         """Send to the client, if one is there; what one that does not read has no room for is lost, as on a wire."""

@@ -19,6 +19,8 @@ from .servo import Servo
 from .servo_chain import Line
 
 STEP_S = 0.002
+#: No two arms have their stops at the same angles: at the start a joint may be this far (rad) beyond them.
+STOP_SLACK = radians(6.0)
 #: The servos look at their thermometers every so many steps.
 THERMOMETER = 500
 SUPPLY_OHMS, STANDBY_MA = 0.15, 40.0
@@ -260,7 +262,7 @@ def _angles(q) -> list[float]:
     if len(angles) != 4:
         raise BadInput(f"`q` must be four joint angles in rad; got {len(angles)}.")
     for i, (angle, (low, high)) in enumerate(zip(angles, STOPS, strict=True), start=1):
-        if not low - 1e-9 <= angle <= high + 1e-9:
+        if not low - STOP_SLACK <= angle <= high + STOP_SLACK:
             span = f"{degrees(low):.1f} .. {degrees(high):.1f} deg"
             raise BadInput(
                 f"q{i} = {degrees(angle):.1f} deg ({angle!r} rad) is beyond the stops of that joint: {span}."

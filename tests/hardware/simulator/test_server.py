@@ -21,6 +21,7 @@ from omx.hardware.dynamixel.bus import Bus
 from omx.hardware.dynamixel.sdk import Port
 from omx.hardware.simulator import VirtualArm
 from omx.hardware.simulator.__main__ import main
+from omx.hardware.simulator.endpoints import TcpEnd
 from omx.hardware.simulator.server import Pace, parse_fault, serve
 from omx.hardware.simulator.server_process import Served
 from tests.helpers.rigs import PTY_BAUD
@@ -123,18 +124,28 @@ def test_a_web_page_is_hung_up_on_and_moves_nothing(line):
 
 
 def test_a_client_that_never_reads_blocks_nobody():
-    ping = pk.build(pk.BROADCAST, pk.Instruction.PING)
+    end = TcpEnd()
+    address = ("127.0.0.1", int(end.name.rsplit(":", 1)[1]))
+    with socket.create_connection(address, timeout=5) as deaf:
+        end.wait(5.0, [])
+        end.read()
+        for _ in range(500):  # 32 MB, more than the system keeps
+            end.write(b"\xff" * 65536)
+        deaf.sendall(b"\xff")
+        end.wait(5.0, [])
+        assert end.read() == b"\xff"
+    end.close()
+
+
+def test_who_leaves_and_comes_back_at_once_is_let_in():
+    torque = pk.build(11, pk.Instruction.WRITE, b"\x40\x00\x01")
     with Served("--tcp", "0") as served:
-        port = int(served.name.rsplit(":", 1)[1])
-        with socket.create_connection(("127.0.0.1", port), timeout=5) as deaf:
-            deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-            deaf.settimeout(0.2)
-            with contextlib.suppress(TimeoutError):
-                for _ in range(3000):
-                    deaf.sendall(ping * 100)  # 21 MB of answers, more than the system keeps
-            served.tell("lost servo=13")
-        with patient(served.name) as bus:
-            assert bus.ping(11)
+        address = ("127.0.0.1", int(served.name.rsplit(":", 1)[1]))
+        for _ in range(20):
+            with socket.create_connection(address, timeout=5) as client:
+                client.sendall(torque * 300)
+            with patient(served.name) as bus:
+                assert bus.read(11, "torque_enable") == 1  # it was heard out
 
 
 @pytest.mark.parametrize("name", ["socket://127.0.0.1", "socket://127.0.0.1:", "socket://127.0.0.1:99999", "socket://"])
