@@ -19,7 +19,7 @@ KNOWN = {
     "ring": ["def ring(l):\n    return 0.0, sum(l)", "def ring(l):\n    return abs(l[0] - sum(l[1:])), sum(l)"],
     "best": [
         "def best(target, near_deg):\n    pose = [*target[:3], np.radians(target[3])]\n"
-        "    return np.degrees(omx.solve_ik(pose, near=np.radians(near_deg)).q)",
+        "    return np.degrees(omx.solve_ik(pose, start=np.radians(near_deg)).q)",
         "def best(target, near_deg):\n    return omx.solve_ik([*target[:3], np.radians(target[3])]).q",
     ],
     "from_behind": ["def from_behind(pose):\n    return [*pose[:3], 180 - pose[3]]"],

@@ -552,7 +552,7 @@ def test_what_is_no_javascript_is_not_written(monkeypatch, asked):
 
 def test_many_joints_and_many_outputs_are_javascript_too():
     """Their return lines are folded."""
-    chain = Chain([(0, 10, 20, 0.3)] * 15)
+    chain = Chain([(0, 0, 20, 0)] * 15)
     module = write_chain("many", chain)
     q = np.linspace(-1, 1, 15)
     np.testing.assert_allclose(module.transform(*q), chain.fk(q), atol=1e-9)
