@@ -45,7 +45,7 @@ QUICK = settings(
     phases=[Phase.explicit, Phase.generate],
     suppress_health_check=list(HealthCheck),
 )
-OUTSIDE = ((-0.078, -2.05, 1.531, 0.623), (0.0, -1.6, 0.35, 0.7), (0.0, -1.05, 1.45, 0.7), (0.0, -1.05, -1.571, 0.7))
+OUTSIDE = ((-0.078, -2.05, 1.53, 0.623), (0.0, -1.6, 0.35, 0.7), (0.0, -1.05, 1.45, 0.7), (0.0, -1.05, -1.571, 0.7))
 
 
 def on(arm=None, **options):
