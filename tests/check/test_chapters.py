@@ -42,6 +42,9 @@ RIGHT_ALL_THE_SAME = {
     "missing": {"root of its square"},  # a distance
     "bulge": {"root of its square"},  # a length
     "chord": {"root of its square"},  # a length
+    "r_max": {"root of its square"},  # a length
+    "d3_squared": {"root of its square"},  # a square
+    **{name: {"arc sine of its sine"} for name in ("sine_of", "cosine_of", "brought", "sign")},  # at most pi/2
     "apart": {"root of its square"},  # a distance
     "radius_squared": {"root of its square"},  # a square
     "cos_shoulder": {"arc sine of its sine"},  # a cosine is at most 1
