@@ -74,7 +74,7 @@ def test_each_user_has_an_arm_and_a_scene_of_their_own(seen):
 
 
 def test_what_one_user_does_the_other_does_not_see(users, seen):
-    run(users, "robot.move_to([0, -20, 20, 0], seconds=0.5); view.q = robot.q", "ada")
+    run(users, "robot.move_to([0, -20, 20, 0], seconds=2); view.q = robot.q", "ada")
     after = {name: json.loads(run(users, LOOK, name)) for name in ANGLES}
     assert after["ada"]["arm"] == pytest.approx((0, -20, 20, 0), abs=1.0)
     assert after["ada"]["drawn"] != seen["ada"]["drawn"]
