@@ -108,18 +108,19 @@ class NotebookPage:
 
     def scene(self, selector=".omx-scene[data-ready]"):
         """The first live scene, scrolled into view; None if the notebook has none."""
-        return self._scroll_to(selector)
+        return self._scroll_to(selector, sure=True)
 
-    def panel(self):
-        """The first output with both a live scene and sliders, or None."""
-        return self._scroll_to(".jp-OutputArea-output:has(.omx-scene[data-ready]):has(.noUi-handle)")
+    def panel(self, sure=True):
+        """The first output with both a live scene and sliders, or None. `sure`: there must be one."""
+        return self._scroll_to(".jp-OutputArea-output:has(.omx-scene[data-ready]):has(.noUi-handle)", sure)
 
-    def _scroll_to(self, selector):
+    def _scroll_to(self, selector, sure):
         """JupyterLab draws only the cells near the window: turn the wheel until the element is there.
 
-        A scene that is just being made cannot be waited for yet, so a second round takes more time at each stop.
+        A scene that is just being made cannot be waited for yet: where there must be one, a second round waits longer.
         """
-        return self._scrolled(selector, 80) or self._scrolled(selector, 1000)
+        found = self._scrolled(selector, 80)
+        return self._scrolled(selector, 1000) if sure and not found else found
 
     def _scrolled(self, selector, pause_ms):
         found = self.page.locator(selector)

@@ -14,7 +14,8 @@ def test_chapter(name, lab, open_page):
     ports = lab.listening()
     cells = page.run_all()
     check_outputs(cells)
-    panel = page.panel() if has_widgets(cells) else None
+    sure = any("Panel(" in "".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
+    panel = page.panel(sure) if has_widgets(cells) else None
     scene = panel.locator(".omx-scene").first if panel else page.scene() if has_widgets(cells) else None
     if scene is not None:
         page.settle()
