@@ -238,7 +238,8 @@ def test_one_thing_has_one_name_in_every_signature():
 
 
 @pytest.mark.parametrize("function", [omx.ik, omx.solve_ik, omx.motion.line, omx.pose, omx.analysis.workspace.section])
-def test_a_signature_can_be_read(function):
+def test_a_signature_can_be_read(function, monkeypatch):
+    monkeypatch.delattr(function, "__signature__", raising=False)  # Sphinx leaves its own on what it documents
     text = str(inspect.signature(function))
     assert "= omx.COURSE" in text
     assert len(text) < 340
