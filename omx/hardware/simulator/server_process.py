@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ...errors import BadInput, OmxError
 
-_ROOT = Path(__file__).resolve().parents[2]
+_ROOT = Path(__file__).resolve().parents[3]  # where `omx` is found
 
 
 class Served:
