@@ -146,7 +146,7 @@ class Driver:
                     self.servos.put(servo, "torque_enable", 0)
                 except BusError as error:
                     errors.append(error)
-            self.torque, self.pushing, self._streamed = False, False, None
+            self.torque, self.pushing, self._streamed = bool(errors), False, None
         if errors:
             raise errors[0]
 
@@ -179,7 +179,7 @@ class Driver:
             off = [servo for servo, on in self.servos.of_joints("torque_enable").items() if not on]
             for servo in off if self.torque else ():
                 self.servos.set_up(servo, "position", on=True)
-            self.torque, self.trouble = all(self.servos.of_joints("torque_enable").values()), None
+            self.torque, self.trouble = any(self.servos.of_joints("torque_enable").values()), None
         self._watch.begin()
         return faulty
 

@@ -67,6 +67,7 @@ class Robot:
             self.arm = port.arm
         self.bus: Bus = open_bus(port) if isinstance(port, str) else Bus(port)
         self._seconds: float | None = None
+        self._closed = False
         try:
             self.driver = Driver(self.bus, guard or Guard(geometry=geometry, payload_g=payload_g), idle_s=idle_s,
                                  offsets=found.offsets if found else (0.0,) * 4)  # fmt: skip
@@ -345,8 +346,11 @@ class Robot:
     def close(self) -> None:
         """Park, motors off, port closed; a stopped arm holds instead. Closing twice is fine."""
         if not self.bus.is_open:
+            if self.driver.torque and not self._closed:  # pulled out: nobody has said so yet
+                shutdown.say_motors_on(self, "the port has gone")
+            self._closed = True
             return
-        why = self.driver.stopped
+        self._closed, why = True, self.driver.stopped
         try:
             if why is None:
                 why = "it could not park"
