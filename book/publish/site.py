@@ -25,6 +25,7 @@ from book.setup.paths import BUILD, ROOT, Stop
 
 SITE, DOCTREES = BUILD / "site", BUILD / "doctrees"
 ICON = re.compile(r'("?)([a-z0-9-]+)\1:\[\d+,\d+,\[[^\]]*\],"[0-9a-f]*",(?:"[^"]*"|\[[^\]]*\])\],?')
+SEARCH = re.compile(r'<script src="[^"]*(?:searchtools|searchindex|language_data)\.js[^"]*"></script>\s*')
 ICON_FONT = re.compile(r'@font-face\{[^}]*Font Awesome[^}]*\}|(?:\.fa-[a-z0-9-]+,?)+\{--fa:"[^}]*\}')
 
 
@@ -56,6 +57,10 @@ def finish(site=SITE):
         f'<body><p><a href="{target}">To the book</a></p></body></html>\n',
         encoding="utf-8",
     )
+    for page in site.rglob("*.html"):
+        if page.name != "search.html":  # the only page that searches
+            text = page.read_text(encoding="utf-8")
+            update(page, SEARCH.sub("", text).encode())
     thin_icons(site)
     for path in site.rglob("*.map"):
         path.unlink()

@@ -29,8 +29,8 @@ def home(tmp_path_factory):
 
 
 @pytest.mark.parametrize("name", CHAPTERS)
-def test_a_chapter_prints_in_the_browser_what_is_stored(name, home, chromium, capsys):
-    with chapter(chromium, home, name) as tab:
+def test_a_chapter_prints_in_the_browser_what_is_stored(name, home, playwright, chromium, capsys):
+    with chapter(playwright, chromium, home, name) as tab:
         done, took = run_all(tab)
     stored = normalise.read(normalise.NOTEBOOKS / name)["cells"]
     code = [(here, there) for here, there in zip(done[1:], stored, strict=True) if cells.is_code(there)]

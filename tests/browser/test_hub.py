@@ -14,7 +14,7 @@ DRAWN = "omxScene.viewer.scene_tree.find(['meshcat', 'arm', '4']).object"
 def notebook(angles):
     """One cell that drives an arm to these angles (deg) and shows it."""
     lines = ["from omx.hardware.robot import Robot", "from omx.display.viewer import View", "robot = Robot()"]
-    lines += ["robot.write_motor_state(True)", f"robot.move_to({angles}, seconds=1)", "View(robot.q)"]
+    lines += ["robot.write_motor_state(True)", f"robot.move_to({angles}, seconds=3)", "View(robot.q)"]
     kernel = {"name": "python3", "display_name": "Python 3", "language": "python"}
     cell = {"cell_type": "code", "id": "arm", "metadata": {}, "source": "\n".join(lines), "outputs": []}
     return {"cells": [{**cell, "execution_count": None}], "metadata": {"kernelspec": kernel}, "nbformat": 4,

@@ -40,9 +40,9 @@ def test_it_is_light(built):
     assert sum(path.stat().st_size for path in built.rglob("*") if path.is_file()) < 60e6
 
 
-def test_a_chapter_lives_with_the_network_cut(built, chromium):
+def test_a_chapter_lives_with_the_network_cut(built, playwright, chromium):
     """The student's copy of chapter 00 runs up to its first TODO; slider and tool move the arm, in the tab's Python."""
-    with served(built) as home, chapter(chromium, home, runs.chapters()[0].name) as tab:
+    with served(built) as home, chapter(playwright, chromium, home, runs.chapters()[0].name) as tab:
         cells, _ = run_all(tab)
         assert sum(bool(cell.get("execution_count")) for cell in cells) >= 5
         tab.evaluate("jupyterapp.shell.currentWidget.content.scrollToItem(2)")

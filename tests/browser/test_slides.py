@@ -91,7 +91,7 @@ def test_a_handout_is_printed_with_pictures_of_the_scenes(built_site, tmp_path):
     folder = tmp_path / "slides"
     slides.build([site.ROOT / "notebooks" / "03-forward-kinematics.ipynb"], folder)
     deck = folder / "03-forward-kinematics.html"
-    program = f"from book.chapters import handout; from pathlib import Path; handout.print_all([Path({str(deck)!r})])"
+    program = f"from book.publish import handout; from pathlib import Path; handout.print_all([Path({str(deck)!r})])"
     subprocess.run([sys.executable, "-c", program], cwd=site.ROOT, check=True, timeout=300)  # one Playwright a process
     data = deck.with_suffix(".pdf").read_bytes()
     assert data.startswith(b"%PDF")

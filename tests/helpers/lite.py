@@ -2,8 +2,6 @@
 
 from contextlib import contextmanager
 
-from playwright.sync_api import sync_playwright
-
 from tests.browser.conftest import FLAGS
 
 #: Nothing but this machine has an address.
@@ -21,23 +19,22 @@ RUN_ALL = """async () => {
 
 
 @contextmanager
-def chapter(chromium, home, name):
+def chapter(playwright, chromium, home, name):
     """The tab with the chapter, its kernel idle; `outside` lists what it asked of others, `complaints` its errors."""
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=(*FLAGS, CUT_OFF))
-        context = browser.new_context(viewport={"width": 1300, "height": 1000})
-        tab = context.new_page()
-        tab.set_default_timeout(PATIENCE_MS)
-        tab.outside, tab.complaints = [], []
-        local = (home, "data:", "blob:", "about:")
-        context.on("request", lambda request: request.url.startswith(local) or tab.outside.append(request.url))
-        tab.on("pageerror", lambda error: tab.complaints.append(str(error)))
-        tab.on("console", lambda message: message.type == "error" and tab.complaints.append(message.text))
-        tab.goto(f"{home}lab/index.html?path={name}")
-        tab.wait_for_function(IDLE)
-        tab.ready_s = tab.evaluate("performance.now() / 1e3")
-        yield tab
-        browser.close()
+    browser = playwright.chromium.launch(executable_path=chromium, args=(*FLAGS, CUT_OFF))
+    context = browser.new_context(viewport={"width": 1300, "height": 1000})
+    tab = context.new_page()
+    tab.set_default_timeout(PATIENCE_MS)
+    tab.outside, tab.complaints = [], []
+    local = (home, "data:", "blob:", "about:")
+    context.on("request", lambda request: request.url.startswith(local) or tab.outside.append(request.url))
+    tab.on("pageerror", lambda error: tab.complaints.append(str(error)))
+    tab.on("console", lambda message: message.type == "error" and tab.complaints.append(message.text))
+    tab.goto(f"{home}lab/index.html?path={name}")
+    tab.wait_for_function(IDLE)
+    tab.ready_s = tab.evaluate("performance.now() / 1e3")
+    yield tab
+    browser.close()
 
 
 def run_all(tab):
