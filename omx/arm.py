@@ -103,5 +103,3 @@ ARRIVED = radians(4.0)
 IDLE_S = 900.0
 #: The most current (mA) that a joint may need to hold what it carries: a servo that does so for good warms to 57 deg C.
 HOLDING_MA = 950.0
-#: More current (mA) than this in a joint that does not move: it pushes on something.
-STALL_MA = 500.0

@@ -21,7 +21,7 @@ def share(libraries, folder=SHARED):
     fresh.mkdir(exist_ok=True)
     update(folder / "omx-view.js", write_site_script(fresh, runs.stock()).read_bytes())
     shutil.rmtree(fresh)
-    for name in ("row_panel.js", "panel.js"):
+    for name in ("dh_row_panel.js", "panel.js"):
         update(folder / name, (PANELS / name).read_bytes())
 
 

@@ -125,7 +125,7 @@ def scripts():
     """The scripts of the site, in the page: the viewer, the kinematics, the panels' sliders."""
     with tempfile.TemporaryDirectory() as folder:
         parts = [write_site_script(folder).read_text(encoding="utf-8"), shared.kinematics()]
-    parts += [(shared.PANELS / name).read_text(encoding="utf-8") for name in ("row_panel.js", "panel.js")]
+    parts += [(shared.PANELS / name).read_text(encoding="utf-8") for name in ("dh_row_panel.js", "panel.js")]
     safe = [part.replace("</script", "<\\/script") for part in parts]
     return "\n".join(f"<script>{part}</script>" for part in safe)
 

@@ -17,7 +17,6 @@ from ..arm import (
     NO_LOAD_SPEED,
     SOFT_MARGIN,
     SPEED_CAP,
-    STALL_MA,
     STALL_TORQUE,
 )
 from ..arrays import as_four, as_rows
@@ -32,6 +31,8 @@ from . import gravity
 STEP = radians(2.0)
 #: The share of its time in which a move speeds up, and that in which it slows down: a trapezoid.
 RAMP = 0.25
+#: The overload threshold: more current (mA) than this beyond the weight, without motion, pushes on something.
+STALL_MA = 500.0
 #: Dry friction (Nm) in a joint, and how far (mm) a payload in the fingers is from the axis of joint 2.
 FRICTION, PAYLOAD_AT = 0.1, 380.0
 

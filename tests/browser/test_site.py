@@ -8,7 +8,7 @@ import pytest
 
 import omx
 from book.publish import site
-from omx.display.viewer.row_view import places
+from omx.display.viewer.dh_row_view import places
 from tests.browser.weblook import Look, image_of, is_blank, picture, served
 
 LIMIT = 1_500_000

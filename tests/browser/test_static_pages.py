@@ -284,7 +284,7 @@ def test_a_finger_drags_too_and_the_sliders_of_a_panel_follow(browser, tmp_path)
     """On a touch screen, in a page with a panel: the finger pulls the ball, the sliders and verdicts follow."""
     write_site_script(tmp_path)
     (tmp_path / "omx-kinematics.js").write_text(shared.kinematics(), encoding="utf-8")
-    names = ("omx-view.js", "omx-kinematics.js", "row_panel.js", "panel.js")
+    names = ("omx-view.js", "omx-kinematics.js", "dh_row_panel.js", "panel.js")
     for name in names[2:]:
         (tmp_path / name).write_bytes((shared.PANELS / name).read_bytes())
     scripts = "".join(f'<script src="{name}" defer></script>' for name in names)

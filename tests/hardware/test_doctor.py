@@ -15,7 +15,6 @@ import serial
 import omx
 from omx import errors
 from omx.arm import ARM_IDS, JOINT_IDS
-from omx.hardware.conditions import CONDITIONS
 from omx.hardware.doctor import doctor, explain
 from omx.hardware.doctor.__main__ import main
 from omx.hardware.doctor.diagnoses import ILLNESSES
@@ -23,6 +22,7 @@ from omx.hardware.doctor.report import Report, find
 from omx.hardware.doctor.software_checks import examine_software, holder
 from omx.hardware.dynamixel import registers as reg
 from omx.hardware.dynamixel.bus import Bus
+from omx.hardware.fault_table import CONDITIONS
 from omx.hardware.robot import Robot
 from omx.hardware.simulator import SteppedClock, VirtualArm, VirtualPort
 

@@ -1,8 +1,8 @@
 """Sliders beside the 3-D arm: joint angles, the tool's pose with its four IK branches, a DH row, or a robot."""
 
+from .dh_row_panel import RowPanel
 from .joint_panel import JointPanel
 from .pose_panel import PosePanel
 from .robot_panel import RobotPanel
-from .row_panel import RowPanel
 
 __all__ = ["JointPanel", "PosePanel", "RobotPanel", "RowPanel"]

@@ -1,9 +1,9 @@
 """The arm in 3-D: a MeshCat scene in the notebook's output cell, or in a page without a kernel."""
 
 from ..palette import PALETTE
+from .dh_row_view import RowView
 from .environment import Camera
 from .html_export import write_site_script
-from .row_view import RowView
 from .view import View
 
 __all__ = ["PALETTE", "Camera", "RowView", "View", "write_site_script"]

@@ -3,7 +3,7 @@
 What is judged of a single servo is in `conditions`, for `Robot` refuses by the same rows.
 """
 
-from ..conditions import CONDITIONS
+from ..fault_table import CONDITIONS
 
 _SDK = "In this folder: `python run.py lab` installs the right one; else `pip install --force-reinstall dynamixel-sdk`."
 _SUPPLY = "Use the arm's own 12 V, 5 A supply, and look for a half-open switch or plug."

@@ -13,8 +13,8 @@ from ...errors import (
     ServoRefused,
     WrongServo,
 )
-from ..conditions import hardware_words
 from ..dynamixel import packet as pk
+from ..fault_table import hardware_words
 from .report import Finding, find
 
 _PORT = {errno.EACCES: "no_permission", errno.ENOENT: "port_absent", errno.EBUSY: "port_busy"}

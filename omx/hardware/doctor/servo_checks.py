@@ -4,9 +4,9 @@ import math
 
 from ...arm import JOINT_IDS, STOPS
 from ...errors import BusError
-from ..conditions import Found, judge, registers
 from ..dynamixel import units
 from ..dynamixel.bus import Bus, Ping
+from ..fault_table import Found, judge, registers
 from ..safety import Guard
 from .explanations import explain
 from .report import Report

@@ -4,10 +4,10 @@ from dataclasses import dataclass, field
 
 from ...arm import ARM_IDS, GRIPPER_ID, JOINT_IDS
 from ...errors import BusError, PortBusy, PortError
-from ..conditions import Found, judge, registers
 from ..dynamixel.bus import Bus, Ping
 from ..dynamixel.sdk import is_open_here
 from ..dynamixel.serial_line import find_ports
+from ..fault_table import Found, judge, registers
 
 
 @dataclass

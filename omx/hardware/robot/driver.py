@@ -20,7 +20,6 @@ from ...arm import (
     PARK_SPEED,
     SLOW,
     STALL_CURRENT,
-    STALL_MA,
     STALL_TORQUE,
 )
 from ...arrays import as_four
@@ -41,18 +40,17 @@ from ...errors import (
     TorqueOff,
 )
 from .. import gravity
-from ..conditions import judge, registers
 from ..dynamixel import registers as reg
 from ..dynamixel import units
 from ..dynamixel.bus import Bus
-from ..safety import RAMP, Guard
+from ..fault_table import judge, registers
+from ..safety import RAMP, STALL_MA, Guard
 from . import gate
 from .brake import Brake
 from .discovery import Condition, look_over
 from .gripper import Gripper
-from .monitor import Monitor, Reading
+from .monitor import Monitor, Reading, Watch
 from .servo_group import HOLD_SLACK, JOINTS, MODES, Servos, again
-from .watch import Watch
 
 RESTING = math.radians(2.0)  # rad/s
 LOOK_S = 0.02

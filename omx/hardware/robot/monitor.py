@@ -1,21 +1,29 @@
-"""Looking at an arm and judging what is seen. It only reads: what to do about it is the driver's business."""
+"""Looking at an arm, judging what is seen, and doing so again and again while the motors are on.
 
+It only reads: what to do about it is the driver's business.
+"""
+
+import logging
 import math
+import weakref
 from typing import NamedTuple
 
 from ...arm import JOINT_IDS
 from ...errors import NotReady, OmxError, OutOfBounds, Stalled, TooFast
 from .. import gravity
-from ..conditions import HEALTH, judge
 from ..dynamixel import registers as reg
 from ..dynamixel import units
 from ..dynamixel.bus import Bus
+from ..fault_table import HEALTH, judge
 from ..safety import Guard, stalled
 from .servo_group import JOINTS, again
 
 STALL_S = 0.15
 HEALTH_S = 1.0
+#: Seconds between two looks at an arm that moves, that is pushed, and that holds.
+MOVING_S, PUSHED_S, HOLDING_S = 0.1, 0.05, 1.0
 
+_log = logging.getLogger("omx.robot")
 
 #: What one look at a servo is: the present, and the set-point that the servo follows.
 LOOK = reg.block(
@@ -105,3 +113,51 @@ class Monitor:
         self.new_warnings += map(str, fresh)
         problems = [str(one) for one in found if one.forbids]
         return NotReady(f"{self.bus.name} holds: the arm", problems) if problems else None
+
+
+class Watch:
+    """Looks at `driver`'s arm on its own clock while the motors are on; keeps neither the driver nor the program alive.
+
+    What it finds makes the arm hold, is said once, and is raised by the next call of somebody who asks.
+    """
+
+    def __init__(self, driver):
+        self._driver = weakref.ref(driver)
+        self._clock = driver.bus.clock
+        self._turn, self._due = 0, math.inf
+
+    def begin(self) -> None:
+        """Look soon, and then again and again. Called when the motors go on, and whenever something sets off."""
+        if self._clock.now() + MOVING_S < self._due:
+            self._turn += 1  # the look that was to come later is none of ours any more
+            self._again(PUSHED_S)
+
+    def _again(self, seconds: float) -> None:
+        turn, self._due = self._turn, self._clock.now() + seconds
+        self._clock.later(seconds, lambda: self._look(turn))
+
+    def _look(self, turn: int) -> None:
+        driver = self._driver()
+        if driver is None or turn != self._turn:
+            return
+        if not (driver.torque and driver.bus.is_open):
+            self._due = math.inf
+            return
+        if not (driver.busy or driver.bus.asking):
+            self._glance(driver)
+        self._again(PUSHED_S if driver.pushing else MOVING_S if driver.moving else HOLDING_S)
+
+    def _glance(self, driver) -> None:
+        try:
+            driver.glance()
+        except OmxError as error:
+            if driver.trouble is None:
+                driver.trouble = error
+                _log.warning("%s", error)
+        if driver.forgotten:
+            _log.warning("%s: the arm was left to itself, so it parks.", driver.bus.name)
+            try:
+                driver.park()
+            except OmxError as error:
+                driver.asked_at = self._clock.now()  # not again at once
+                _log.warning("it could not park: %s", error)

@@ -9,10 +9,10 @@ import math
 
 from ...arm import GRIPPER_ID, JOINT_IDS
 from ...errors import BusCorrupt, BusError, BusTimeout, ServoRefused
-from ..conditions import MENDS
 from ..dynamixel import registers as reg
 from ..dynamixel import units
 from ..dynamixel.bus import Bus
+from ..fault_table import MENDS
 
 HOLD_S = 0.2
 #: A joint that is farther (ticks) from its own set-point than this is being held up by something.

@@ -5,10 +5,11 @@ import math
 import pytest
 
 import omx
-from omx.arm import HOLDING_MA, STALL_MA
+from omx.arm import HOLDING_MA
 from omx.errors import BadInput, ObjectLost, Stalled, TooHeavy, TorqueOff
 from omx.hardware import gravity
 from omx.hardware.robot import Robot
+from omx.hardware.safety import STALL_MA
 from omx.hardware.simulator import SteppedClock, VirtualArm, VirtualPort
 
 

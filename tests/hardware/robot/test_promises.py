@@ -28,8 +28,8 @@ from omx.errors import (
     Stopped,
     TooFast,
 )
-from omx.hardware.conditions import CONDITIONS
 from omx.hardware.dynamixel.bus import Bus
+from omx.hardware.fault_table import CONDITIONS
 from omx.hardware.robot import Robot, discovery
 from omx.hardware.robot.gate import way_to_rest
 from omx.hardware.safety import Guard

@@ -1,7 +1,7 @@
 """`RowView`: one DH row as four moves from frame {0} to frame {1}.
 
 Every mark is drawn once, in a place of its own, and then only moved, and shown or hidden. So a page without Python
-can do the same: omx/display/panels/row_panel.js has `places` once more.
+can do the same: omx/display/panels/dh_row_panel.js has `places` once more.
 """
 
 import math

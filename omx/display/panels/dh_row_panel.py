@@ -7,7 +7,7 @@ import math
 import ipywidgets
 
 from ...dh import DHRow
-from ..viewer.row_view import RowView
+from ..viewer.dh_row_view import RowView
 from ..viewer.scene import mimebundle
 from . import tables
 from .panel import side_by_side, slider_row

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import omx
 from omx.display.panels import RowPanel
 from omx.display.viewer import RowView
-from omx.display.viewer.row_view import places
+from omx.display.viewer.dh_row_view import places
 from tests.helpers.scenes import decoded, objects, placed
 
 angles = st.floats(-math.pi, math.pi)

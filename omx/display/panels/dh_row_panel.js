@@ -1,4 +1,4 @@
-// Where the marks of a DH row stand: `places` of omx/display/viewer/row_view.py once more, for pages without Python. Lengths in mm,
+// Where the marks of a DH row stand: `places` of omx/display/viewer/dh_row_view.py once more, for pages without Python. Lengths in mm,
 // angles in rad; a matrix is a list of rows.
 (function () {
   "use strict";
