@@ -40,6 +40,7 @@ def prepare(folder=WORK):
     """Give out what is not there yet, bring copies that nobody changed up to date; the names that wait for `update`."""
     waiting = []
     for path in names.chapters():
+        follow(path.name, folder)
         fresh, target, given = edition(path), folder / path.name, folder / GIVEN / path.name
         was, mine = read(given), read(target)
         if target.exists() and mine is None:
@@ -50,6 +51,15 @@ def prepare(folder=WORK):
             waiting.append(path.name)
     overview.write(folder)
     return waiting
+
+
+def follow(name, folder):
+    """Let a copy whose chapter has another number now have its new name."""
+    others = [path for path in folder.glob(f"[0-9][0-9]{name[2:]}") if not (normalise.NOTEBOOKS / path.name).exists()]
+    if len(others) == 1 and not (folder / name).exists():
+        for kept in (folder, folder / GIVEN):
+            if (kept / others[0].name).exists():
+                (kept / others[0].name).rename(kept / name)
 
 
 def carry_over(folder=WORK):

@@ -55,6 +55,16 @@ def texts(path):
     return [source(cell) for cell in normalise.read(path)["cells"]]
 
 
+def test_a_chapter_with_another_number_keeps_its_answers(book):
+    notebooks, work = book
+    edit(work / "08-more.ipynb", answer)
+    (notebooks / "07-lines.ipynb").rename(notebooks / "08-lines.ipynb")
+    (notebooks / "08-more.ipynb").rename(notebooks / "07-more.ipynb")
+    folder.prepare(work)
+    assert source(solution_of(work / "07-more.ipynb")) == ANSWER
+    assert sorted(path.name for path in work.glob("*-*.ipynb")) == ["07-more.ipynb", "08-lines.ipynb"]
+
+
 # ---- copies --------------------------------------------------------------------------------------------
 
 
