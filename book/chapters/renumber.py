@@ -17,9 +17,9 @@ from book.setup.paths import NOTEBOOKS, ROOT, Stop
 #: Texts that may speak of chapters; what the chapters write is written by them again.
 TEXTS = {".md", ".py", ".js", ".ipynb", ".html", ".css", ".toml", ".csv"}
 _NUMBERS = r"\d{1,2}(?:\.\d{1,2})?\b(?!-|\.\d)"
-#: What stands before a number: "chapters 3, 4 and 5", "exercise 4.3", `variant("4.3")`, `lab 03`, "# 04 · Title".
+#: What stands before a number: "chapters 3, 4 and 5", "exercise 4.3", `variant("4.3")`, `lab 03`, "# 4 · Title".
 _BEFORE = "|".join((
-    r"\b(?:chapters?|exercises?)\s+", r"\bvariant\(\"", r"\bsolution(?:\(\"|\s)", r"^# (?=\d\d · )", "--graded ",
+    r"\b(?:chapters?|exercises?)\s+", r"\bvariant\(\"", r"\bsolution(?:\(\"|\s)", r"^# (?=\d{1,2} · )", "--graded ",
     r"run\.py (?:lab|reset|handin|check|execute) ", r"\[(?=[^\]\n]*\]\([^)\n]*\b\d\d-[a-z-]+\.ipynb)",
 ))  # fmt: skip
 _LIST = rf"{_NUMBERS}(?:(?:, {_NUMBERS})*(?:,? (?:and|to|or) |–){_NUMBERS})?"

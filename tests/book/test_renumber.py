@@ -32,7 +32,7 @@ def test_chapters_move_and_the_others_close_up():
             'mine = check.variant("3.2"); solution("1.2"); run.py lab 03',
             'mine = check.variant("1.2"); solution("2.2"); run.py lab 01',
         ),
-        ("# 03 · Screws\n\nText\n\n### Exercise 3.1 · Turn", "# 01 · Screws\n\nText\n\n### Exercise 1.1 · Turn"),
+        ("# 3 · Screws\n\nText\n\n### Exercise 3.1 · Turn", "# 1 · Screws\n\nText\n\n### Exercise 1.1 · Turn"),
         ("[02 Arcs](notebooks/02-circles-and-arcs.ipynb)", "[03 Arcs](notebooks/03-circles-and-arcs.ipynb)"),
         ("[a later one](02-circles-and-arcs.ipynb#arcs)", "[a later one](03-circles-and-arcs.ipynb#arcs)"),
         ("chapter 9, 2 links, 1.5 mm, joint 3, [1, 2]", "chapter 9, 2 links, 1.5 mm, joint 3, [1, 2]"),
@@ -62,6 +62,6 @@ def test_files_are_renamed_and_read_again(tmp_path, monkeypatch):
     NEW.apply(tmp_path)
     assert sorted(path.stem for path in notebooks.iterdir()) == sorted(NEW.stems.values())
     (cell,) = normalise.read(notebooks / "01-screws.ipynb")["cells"]
-    assert "".join(cell["source"]) == "# 01 · Title\n\nSee chapter 2."
+    assert "".join(cell["source"]) == "# 1 · Title\n\nSee chapter 2."
     assert (tmp_path / "README.md").read_text(encoding="utf-8") == "[02 Lines](notebooks/02-lines.ipynb)\n"
     assert (tmp_path / "tests" / "test_it.py").read_text(encoding="utf-8") == '"Exercise 1.1", "02-lines"\n'
