@@ -52,7 +52,7 @@ def test_files_are_renamed_and_read_again(tmp_path, monkeypatch):
             "cell_type": "markdown",
             "id": "title",
             "metadata": {},
-            "source": f"# {stem[:2]} · Title\n\nSee chapter 1.",
+            "source": f"# {int(stem[:2])} · Title\n\nSee chapter 1.",
         }
         normalise.write(notebooks / f"{stem}.ipynb", normalise.normalise({"cells": [cell], "nbformat": 4}))
     (tmp_path / "README.md").write_text("[01 Lines](notebooks/01-lines.ipynb)\n", encoding="utf-8")
