@@ -4,7 +4,7 @@ import numpy as np
 
 import omx
 from tests.bench.peers.contest import agreed
-from tests.bench.sheet import Panel, Section, Size, Table, duration, times
+from tests.bench.sheet import Panel, Section, Size, Table, times
 from tests.bench.timing import Contender, laps, nanoseconds, ratio
 
 LENGTH_MM, ROWS, CLOSED = 400.0, 1000, "closed form, NumPy"
@@ -24,11 +24,10 @@ def measure(size: Size) -> Section:
         times_of = laps(contenders, 75, size.seconds / 4)
         for contender in contenders:
             curves.setdefault(contender.name, []).append((n, nanoseconds(times_of, contender)))
-        rows.append((str(n), *(f"{duration(1e-9 * curves[c.name][-1][1])}, {times(ratio(times_of, c, contenders[0]))}"
-                               for c in contenders)))  # fmt: skip
+        rows.append((str(n), *(times(ratio(times_of, c, contenders[0])) for c in contenders)))
     if PIN not in curves:
         section.left_out.append("pinocchio: it is not installed here")
-    title = "Time of one configuration, and how many times that of Chain.fk, one"
+    title = "Time of one configuration: how many times that of Chain.fk, one"
     section.tables.append(Table(title, ("joints", *curves), rows))
     lines = {name: [(n, ns * 1e-3) for n, ns in points] for name, points in curves.items()}
     section.panels.append(Panel("Growth with the joints", "joints of a planar arm", "time of one (us)", lines, {}))

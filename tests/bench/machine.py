@@ -27,6 +27,11 @@ def processor() -> str:
     return model or platform.processor() or platform.machine()
 
 
+def allowed() -> int:
+    """How many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def memory() -> str:
     """The main memory, where the system tells it."""
     try:

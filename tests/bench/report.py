@@ -34,8 +34,14 @@ def about(before: float | None, watch: machine.Watch) -> list[tuple[str, str]]:
     """The machine: what it is, and how much of it we had."""
     others = watch.others()
     disturbed = "unknown" if others is None else f"took {others:.0%} of the processors' time meanwhile; {DISTURBED}"
+    threads = (
+        f"one for each contender unless its name says otherwise; {machine.allowed()} of the cores may be used; "
+        "a peer that is told its number is pinned to as many"
+    )
     return [
         ("Processor", f"{machine.processor()}, {os.cpu_count()} cores, {machine.memory()} of memory"),
+        ("Threads", threads),
+        ("Memory", "inputs touched before; results in new memory each time, as in use"),
         ("Load", f"{_number(before)} before, {_number(machine.load())} after; means of a minute, this run included"),
         ("Other work", disturbed),
         ("System", machine.system()),

@@ -3,7 +3,7 @@
 from tests.bench.ask import Absent, ask, verdict
 from tests.bench.peer import Task
 from tests.bench.peers import PEERS
-from tests.bench.sheet import Expectation, Panel, Section, Size, Table, duration, times
+from tests.bench.sheet import Expectation, Panel, Section, Size, Table, times
 
 PROSE = """Each peer ran in a process of its own, in turns with ours. "ours" is the fastest of ours with no more threads
 than the peer. Iterative solvers find one solution and start 0.1 rad from it, in each joint; ours has nothing to
@@ -48,10 +48,10 @@ def _with(processors: int) -> str:
 def _table(title, lines) -> Table:
     rows = [
         (race["work"] + ("" if race["rows"] == 1 else f" of {race['rows']:,}"), line["name"],
-         duration(line["ns"] * 1e-9), line["best"], verdict(line), f"{race['gap']:.0e}")
+         line["best"], verdict(line), f"{race['gap']:.0e}")
         for race, line in lines
     ]  # fmt: skip
-    return Table(title, ("work", "how", "each", "ours", "verdict", "results differ by (mm, rad)"), rows)
+    return Table(title, ("work", "how", "ours", "verdict", "results differ by (mm, rad)"), rows)
 
 
 def _beaten(name, lines) -> Expectation:
