@@ -219,6 +219,18 @@ def test_the_section_turns_with_joint_1(view):
     assert objects(view.channel, "/meshcat/section") == set()
 
 
+def test_the_camera_steps_back_for_a_tall_section(view):
+    near = view._config()["cameras"]["side"]
+    view.section([(0, 0), (300, 0), (300, 300)])
+    assert view._config()["cameras"]["side"] == near
+    view.section([(-370, -190), (380, -190), (0, 460)])
+    place = view._config()["cameras"]["side"]
+    away = np.linalg.norm(np.subtract(place["position"], place["target"]))
+    half = np.radians(28 / 2)
+    assert place["target"][1] == pytest.approx(0.135)
+    assert away * np.tan(half) >= 1.05 * 0.325
+
+
 def test_marks_come_and_go_by_name(view):
     view.arrow("d", (0, 0, 0), (0, 0, 77), label="d_1")
     view.arc("t", (0, 0, 0), (40, 0, 0), (0, 40, 0), label="\u03b8_1")

@@ -1,5 +1,6 @@
 """What surrounds the arm: camera, lights, ground and background."""
 
+import math
 from enum import Enum
 
 import numpy as np
@@ -40,6 +41,11 @@ class Camera(Enum):
 def presets(aim, distance: float) -> dict:
     """Every camera, for the buttons in the scene."""
     return {camera.name.lower(): camera.place(aim, distance) for camera in Camera}
+
+
+def fitting(half_height: float) -> float:
+    """How far (m) a camera must be to see so much (m) above and below its aim, with a margin of a tenth."""
+    return 1.1 * half_height / math.tan(math.radians(_FIELD_OF_VIEW / 2))
 
 
 def set_camera(channel, camera: Camera, aim, distance: float) -> None:

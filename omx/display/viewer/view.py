@@ -10,7 +10,7 @@ from ...geometry import COURSE
 from ...kinematics import pose as tool_pose
 from ...kinematics import warn_if_replaced
 from ..palette import PALETTE
-from . import animation, annotations, skeleton
+from . import animation, annotations, environment, skeleton
 from .arm_data import arm_data
 from .arm_drawings import arm_drawings, finger_drawings, ghost_drawings, is_our_arm
 from .commands import delete
@@ -175,6 +175,15 @@ class View(Scene):
                 colours = [colours[k % len(colours)] for k in range(len(regions))]
                 put_object(self.channel, _SECTION, annotations.regions(regions, colours, opacity))
                 put_transform(self.channel, _SECTION, _upright(self._q[0]))
+                outlines = [region[0] if isinstance(region, tuple) else region for region in regions]
+                self._step_back(1e-3 * np.concatenate([np.asarray(outline)[:, 1] for outline in outlines]))
+
+    def _step_back(self, z) -> None:
+        """Look at the heights `z` (m) from as far as it takes to see them all."""
+        distance = environment.fitting(0.5 * np.ptp(z))
+        if distance > self._aim[1]:
+            self._aim = (0.0, 0.0, float(0.5 * (z.min() + z.max()))), distance
+            self.camera = self.camera
 
     def draw_chain(self, chain, q, *, name: str = "chain", colour=None) -> None:
         """Draw any `omx.Chain` at `q` into this scene, from its DH table alone; the same name moves or replaces it."""
