@@ -24,7 +24,7 @@ from pathlib import Path
 from book.chapters import cells, runs
 from book.chapters.normalise import read, write
 from book.chapters.student import Refused, student_copy
-from book.publish import notices, npm, site
+from book.publish import notices, npm, start
 from book.setup import extra_envs
 from book.setup.paths import ROOT, Stop, child_environment
 
@@ -94,6 +94,7 @@ def build(pyodide=None, solutions=False):
     shutil.copyfile(LITE / "lab" / "favicon.ico", LITE / "favicon.ico")  # browsers ask for it there
     configure(LITE / "jupyter-lite.json")
     write_start_page(LITE / "index.html")
+    shutil.copyfile(start.__file__, LITE / "start.py")
     notices.write(LITE, notices.LITE, [core] if (core / "LICENSE").exists() else [], packages_of(python))
 
 
@@ -144,7 +145,9 @@ def write_start_page(path):
         title = next(words for cell in read(chapter)["cells"] for level, words in cells.headings(cell) if level == 1)
         rows.append(f'<li><a href="lab/index.html?path={chapter.name}">{html.escape(title)}</a></li>')
     page = (ROOT / "book/templates/lite.html").read_text(encoding="utf-8")
-    path.write_text(page.replace("{{rows}}", "\n".join(rows)), encoding="utf-8", newline="\n")
+    script = (ROOT / "book/static/lite_work.js").read_text(encoding="utf-8")
+    page = page.replace("{{rows}}", "\n".join(rows)).replace("{{script}}", script)
+    path.write_text(page, encoding="utf-8", newline="\n")
 
 
 # ---- packages for the browser's Python ---------------------------------------------------------------------------
@@ -295,7 +298,7 @@ def main(argv=None):
     size = sum(path.stat().st_size for path in LITE.rglob("*") if path.is_file())
     print(f"JupyterLite is in {LITE.relative_to(ROOT)} ({size / 1e6:.0f} MB); any static web server can serve it.")
     if options.serve:
-        site.serve(LITE)
+        start.serve(LITE, start.PORT)
     return 0
 
 

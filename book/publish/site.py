@@ -10,8 +10,6 @@ With --serve, Ctrl-C ends it.
 """
 
 import argparse
-import functools
-import http.server
 import re
 import shutil
 import sys
@@ -19,7 +17,7 @@ import time
 from pathlib import Path
 
 from book.chapters import execute, runs
-from book.publish import notices, npm, slides
+from book.publish import notices, npm, slides, start
 from book.publish.shared import SHARED, share, update
 from book.setup.paths import BUILD, ROOT, Stop
 
@@ -82,32 +80,21 @@ def thin_icons(site):
     update(site / "_static" / style, ICON_FONT.sub("", (theme / style).read_text(encoding="utf-8")).encode())
 
 
-def serve(site=SITE, port=0):
-    """Show the site on the loopback address until Ctrl-C."""
-    handler = functools.partial(http.server.SimpleHTTPRequestHandler, directory=site)
-    with http.server.ThreadingHTTPServer(("127.0.0.1", port), handler) as server:
-        print(f"http://127.0.0.1:{server.server_port}/  (Ctrl-C ends it)", flush=True)
-        try:
-            server.serve_forever()
-        except KeyboardInterrupt:
-            print()
-
-
 def main(argv=None):
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--fresh", action="store_true", help="build everything anew")
     parser.add_argument("--serve", action="store_true", help="show the site at 127.0.0.1 when it is built")
     options = parser.parse_args(argv)
-    start = time.perf_counter()
+    began = time.perf_counter()
     try:
         status = build(options.fresh)
     except (Stop, execute.Failed) as error:
         print(f"book: {error}", file=sys.stderr)
         return 1
     if status == 0:
-        print(f"The site is in {Path(SITE).relative_to(ROOT)} ({time.perf_counter() - start:.0f} s).")
+        print(f"The site is in {Path(SITE).relative_to(ROOT)} ({time.perf_counter() - began:.0f} s).")
         if options.serve:
-            serve()
+            start.serve(SITE)
     return status
 
 

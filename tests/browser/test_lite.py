@@ -6,6 +6,9 @@ Every chapter, cell by cell: `python run.py test lite` (lite_chapters.py).
 import json
 import math
 import os
+import subprocess
+import sys
+import urllib.request
 import zipfile
 
 import pytest
@@ -13,6 +16,7 @@ import pytest
 from book.chapters import runs
 from book.publish import lite
 from book.setup.paths import Stop
+from tests.browser.conftest import FLAGS
 from tests.browser.weblook import served
 from tests.helpers.lite import chapter, run_all
 
@@ -60,6 +64,64 @@ def test_a_chapter_lives_with_the_network_cut(built, playwright, chromium):
         shown = float(tab.locator(".widget-readout").nth(1).inner_text().replace("\N{MINUS SIGN}", "-"))
         assert shown == pytest.approx(math.degrees(frame.evaluate("omxScene.tool.state().q[1]")), abs=0.51)
         assert tab.outside == []
+
+
+def test_work_is_kept_as_one_file_and_comes_back_beside_what_is_there(built, playwright, chromium, tmp_path):
+    """A notebook and a log, saved by JupyterLab and by Python in the tab; then into a browser that was never here."""
+    name, kept = runs.chapters()[0].name, tmp_path / "work.json"
+    with served(built) as home:
+        with chapter(playwright, chromium, home, name) as tab:
+            tab.evaluate("""async () => {
+              const kernel = jupyterapp.shell.currentWidget.sessionContext.session.kernel;
+              await kernel.requestExecute({ code: "print('t,q1', file=open('log.csv', 'w'))" }).done;
+              await jupyterapp.commands.execute("docmanager:save");
+            }""")
+            tab.goto(home)
+            with tab.expect_download() as download:
+                tab.get_by_role("button", name="Keep my work").click()
+            download.value.save_as(kept)
+            files = json.loads(kept.read_text(encoding="utf-8"))["files"]
+            assert sorted(files) == [name, "log.csv"]
+            assert files["log.csv"]["content"] == "t,q1\n"
+            tab.get_by_label("Bring it back").set_input_files(kept)
+            tab.get_by_text("Brought back: 0. Here already, the same: 2.").wait_for()
+        files["log.csv"]["content"] = "another\n"
+        changed = tmp_path / "changed.json"
+        changed.write_text(json.dumps({"format": "openmanipulator-x-work", "files": files}), encoding="utf-8")
+        browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
+        tab = browser.new_page()
+        tab.goto(home)
+        tab.get_by_label("Bring it back").set_input_files(kept)
+        tab.get_by_text("Brought back: 2.").wait_for()
+        tab.get_by_label("Bring it back").set_input_files(changed)
+        tab.get_by_text("Brought back: 1. Here already, the same: 1. Beside yours").wait_for()
+        tab.get_by_label("Bring it back").set_input_files({"name": "x.json", "mimeType": "text/json", "buffer": b"{}"})
+        tab.get_by_text("x.json is not a file that this page has kept.").wait_for()
+        tab.goto(f"{home}lab/index.html")
+        tab.wait_for_function("window.jupyterapp?.serviceManager?.contents")
+        read = "async (path) => (await jupyterapp.serviceManager.contents.get(path, { content: true })).content"
+        assert tab.evaluate(read, "log.csv") == "t,q1\n"
+        assert tab.evaluate(read, "log-brought-back-1.csv") == "another\n"
+        browser.close()
+
+
+def test_the_folder_starts_itself(built):
+    """`python start.py` in a copy of the folder: on the loopback address, with the types that workers insist on."""
+    code = "import runpy, webbrowser; webbrowser.open = print; runpy.run_path('start.py', run_name='__main__')"
+    run = subprocess.Popen([sys.executable, "-c", code], cwd=built, stdout=subprocess.PIPE, text=True)
+    try:
+        home = run.stdout.readline().split()[0]
+        assert home.startswith("http://127.0.0.1:")
+        for name, kind in ("pyodide.mjs", "text/javascript"), ("pyodide.asm.wasm", "application/wasm"):
+            with urllib.request.urlopen(f"{home}static/pyodide/{name}") as answer:
+                assert answer.headers.get_content_type() == kind
+        again = subprocess.run([sys.executable, "start.py"], cwd=built, capture_output=True, text=True, check=False)
+        assert again.returncode == 1
+        assert again.stderr.count("\n") == 1
+        assert "is taken" in again.stderr
+    finally:
+        run.kill()
+        run.wait()
 
 
 # ---- what cannot be had ------------------------------------------------------------------------------------------
