@@ -5,7 +5,7 @@ The virtual arm falls by it; the driver balances an arm with it, and knows by it
 
 from math import cos, sin
 
-from ..arm import FOREARM, GRAVITY, HOLDING_MA, TORQUE_PER_MA, UPPER_ARM, WRIST
+from ..arm import FOREARM, GRAVITY, HOLDING_MA, STIFFNESS, TORQUE_PER_MA, UPPER_ARM, WRIST
 from ..errors import BadInput, TooHeavy
 from ..geometry import MAKER
 
@@ -50,6 +50,12 @@ def holding_currents(q, payload_g: float = 0.0) -> tuple[float, float, float, fl
     """The currents (mA) with which the four motors hold the arm still at `q` (rad), friction left out."""
     _, q2, q3, q4 = q
     return 0.0, *(-torque / TORQUE_PER_MA for torque in torques(q2, q3, q4, payload_g / 1000))
+
+
+def sagged(q, payload_g: float = 0.0) -> tuple[float, float, float, float]:
+    """Where the arm stands (rad) when it is told to stand at `q`: each servo gives way under its load, as a spring."""
+    loads = 0.0, *torques(*q[1:], payload_g / 1000)
+    return tuple(angle + torque / STIFFNESS for angle, torque in zip(q, loads, strict=True))
 
 
 def payload(grams) -> float:

@@ -14,9 +14,6 @@ from ...arm import NO_LOAD_SPEED, STALL_TORQUE, TORQUE_PER_MA
 DAMPING = STALL_TORQUE / NO_LOAD_SPEED
 #: Torque lost per speed when the motor is not powered and the load turns the gearbox: the arm falls slowly.
 COASTING = 0.3
-#: Torque per angle of the position controller at its factory gain; the arm then sags by the tenths of a degree
-#: that readings of the real one show.
-STIFFNESS = 50.0
 FRICTION = 0.1
 #: A joint at rest holds a little more than a moving one.
 STICTION = 1.02
