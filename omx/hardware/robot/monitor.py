@@ -145,7 +145,7 @@ class Watch:
             return
         if not (driver.busy or driver.bus.asking):
             self._glance(driver)
-        self._again(PUSHED_S if driver.pushing else MOVING_S if driver.moving else HOLDING_S)
+        self._again(PUSHED_S if driver.push else MOVING_S if driver.moving else HOLDING_S)
 
     def _glance(self, driver) -> None:
         try:

@@ -60,7 +60,8 @@ class VirtualArm:
             )
         )
         self.joints = [Joint(angle, *stop, play=play) for angle, stop in zip(angles, STOPS, strict=True)]
-        self.joints.append(Joint(float(gripper), *sorted(finger / FINGER_PER_RAD for finger in FINGERS)))
+        stops = sorted(finger / FINGER_PER_RAD for finger in FINGERS)
+        self.joints.append(Joint(float(gripper), *stops, light=True))
         self.servos = [Servo(joint, servo) for joint, servo in zip(self.joints, ARM_IDS, strict=True)]
         for i, servo in enumerate(self.servos):
             servo.encoder = Encoder(ripple, i * pi / 3, noise)  # each magnet sits a little differently

@@ -245,12 +245,30 @@ def test_a_push_that_is_not_repeated_ends_in_position_hold(robot):
     robot.write_mode("current")
     robot.write_currents([0, -300, 0, 0])
     robot.clock.sleep(3.0)  # nobody reads
-    assert set(robot.bus.read_all(JOINT_IDS, "operating_mode").values()) == {3}
     there = np.array(robot.arm.q)
     assert math.degrees(abs(there[1])) < 25
     robot.clock.sleep(3.0)
     np.testing.assert_allclose(robot.arm.q, there, atol=math.radians(0.2))
     robot.write_currents([0, -300, 0, 0])  # the mode is what it was
+    robot.hold()
+    assert set(robot.bus.read_all(JOINT_IDS, "operating_mode").values()) == {3}
+
+
+@pytest.mark.parametrize("grams", [0, 200])
+def test_a_program_that_dies_while_the_arm_is_balanced_leaves_it_standing(grams):
+    arm = VirtualArm((0.0, -0.35, 0.17, 0.35), payload_g=grams)
+    robot = on(arm, payload_g=grams)
+    robot.write_mode("current")
+    for _ in range(5):
+        robot.driver.balance()
+        robot.clock.sleep(0.1)
+    there = np.array(arm.q)
+    robot.bus.close()
+    arm.advance(arm.now + 30.0)
+    np.testing.assert_allclose(arm.q, there, atol=math.radians(1.5))
+    again = Robot(VirtualPort(arm, clock=SteppedClock()))
+    assert set(again.bus.read_all(JOINT_IDS, "operating_mode").values()) == {3}
+    np.testing.assert_allclose(arm.q, there, atol=math.radians(2))
 
 
 @QUICK
