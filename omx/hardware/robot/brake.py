@@ -69,7 +69,7 @@ class Brake:
     def _stand(self, servo: int) -> None:
         """Hold one joint. If it does not answer it may still hear: it is told to stay where it was seen last."""
         try:
-            self.servos.stand_alone(servo)
+            self.servos.stand([servo])
         except (BusTimeout, BusCorrupt):
             when, where = self.monitor.seen
             if self.clock.now() - when < FRESH_S:

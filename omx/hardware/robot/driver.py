@@ -51,8 +51,6 @@ from .rescue import LOOK_S, Rescue, port_lost
 from .servo_group import HOLD_SLACK, JOINTS, Servos, again
 
 RESTING = math.radians(2.0)  # rad/s
-#: A servo that is too hot after so long (s) without a command is parked: it will give up by itself soon.
-HOT_IDLE_S = 30.0
 
 _log = logging.getLogger("omx.robot")
 
@@ -77,14 +75,10 @@ class Driver:
         self.gripper = Gripper(self.servos)
         self.push = Pushing(self.servos, self.monitor, self.brake)
         self.rescue = Rescue(self.servos, [servo for servo in ARM_IDS if servo in self.condition.servos])
-        self.trouble: OmxError | None = None  # what the watch met, until somebody asks
-        self.idle_s, self.asked_at = idle_s, self.clock.now()
-        self.busy = False  # in the middle of something that the watch must not come between
         self._streamed: tuple[float, ...] | None = None  # the last point of a stream
-        self._folding = self.hot = False
         self.mode = "position"
         self.torque = any(self.condition.registers[servo]["torque_enable"] for servo in JOINT_IDS)
-        self._watch = Watch(self)
+        self._watch = Watch(self, idle_s)
         if self.torque:
             self.servos.stiffen()  # it may be turning, and our own questions would feed its watchdog
             self._watch.begin()
@@ -106,9 +100,9 @@ class Driver:
     def torque_on(self) -> None:
         """Set every servo up and switch it on where it stands: the goal becomes the present position first."""
         self.brake.refuse_if_latched()
-        with self._undisturbed():
+        with self._watch.undisturbed():
             self.halt()  # a joint that lags behind, on less power than it is about to get, would leap
-            self.torque, self.trouble = True, None  # from the first one on
+            self.torque, self._watch.trouble = True, None  # from the first one on
             self.brake.holding, self.mode, self._streamed = True, "position", None
             self.servos.switch_on(self.rescue.ids)
         for symptom in self.condition.left_behind:
@@ -119,7 +113,7 @@ class Driver:
     def relax(self) -> None:
         """Torque off: **the arm falls**. Support it first, or `park` instead."""
         errors = []
-        with self._undisturbed():
+        with self._watch.undisturbed():
             for servo in self.rescue.ids:
                 try:
                     self.servos.put(servo, "torque_enable", 0)
@@ -151,9 +145,9 @@ class Driver:
 
         A servo that reboots is limp for half a second: support the arm. Returns the ids of the servos rebooted.
         """
-        with self._undisturbed():
+        with self._watch.undisturbed():
             faulty = self.rescue.recover(self.torque)
-            self.torque, self.trouble = any(self.servos.of_joints("torque_enable").values()), None
+            self.torque, self._watch.trouble = any(self.servos.of_joints("torque_enable").values()), None
         self._watch.begin()
         return faulty
 
@@ -161,19 +155,14 @@ class Driver:
 
     def read(self) -> Reading:
         """Angles, speeds and currents of the joints. Every read watches: it holds the arm, and raises what is wrong."""
-        self._ask_the_watch()
+        self._watch.ask()
         reading = self.glance()
-        self._ask_the_watch()  # it may have looked meanwhile
+        self._watch.ask()  # it may have looked meanwhile
         return reading
-
-    def _ask_the_watch(self) -> None:
-        if self.trouble and not self._folding:
-            trouble, self.trouble = self.trouble, None
-            raise trouble
 
     def watch(self) -> Reading:
         """`read`, for somebody who waits for the arm: raises `Stopped`, too."""
-        self.asked_at = self.clock.now()
+        self._watch.asked()
         reading = self.read()
         self.brake.refuse_if_latched()
         return reading
@@ -213,19 +202,12 @@ class Driver:
         for warning in self.monitor.new_warnings:
             _log.warning("%s", warning)
         self.monitor.new_warnings.clear()
-        if self._folding and isinstance(wrong, NotReady):  # the motors are about to go off, which helps best
+        if self._watch.folding and isinstance(wrong, NotReady):  # the motors are about to go off, which helps best
             wrong = None
-        self.hot = isinstance(wrong, NotReady)
+        self._watch.hot = isinstance(wrong, NotReady)
         if not wrong:
             self._check_torque()
         return wrong
-
-    @property
-    def forgotten(self) -> bool:
-        """True if the arm holds, and nobody has asked anything of it for so long that it had better park."""
-        quiet = self.clock.now() - self.asked_at
-        patience = HOT_IDLE_S if self.hot else math.inf if self.idle_s is None else self.idle_s
-        return quiet > patience and not (self.stopped or self.moving)
 
     def _check_torque(self) -> None:
         """A motor that is off although we switched it on: an error, or a restart that nobody noticed."""
@@ -238,13 +220,13 @@ class Driver:
     def _fault(self) -> None:
         """A servo has its alert bit set, or no torque: the others hold, and the hardware error is raised."""
         self.halt()
-        self.rescue.check_errors()
+        again(self.bus.check_hardware, JOINTS)
 
     def _silence(self, error: BusError) -> None:
         """Someone did not answer twice: the others hold, and whoever is back after a restart is caught."""
         self.halt()
         if self.torque:
-            with self._undisturbed():
+            with self._watch.undisturbed():
                 self.rescue.find(error)
             self._check_torque()
 
@@ -257,7 +239,7 @@ class Driver:
 
     def resume(self) -> None:
         """Allow commands again after a stop, a stall or an interrupt."""
-        self.trouble = None
+        self._watch.trouble = None
         self.brake.resume()
 
     def hold(self) -> None:
@@ -268,14 +250,14 @@ class Driver:
 
     def _stand(self) -> None:
         if self.torque:
-            with self._undisturbed():
+            with self._watch.undisturbed():
                 self.push.until = self.clock.now()  # if this fails, the watch tries again
                 self.brake.hold()
                 self.push.joints.clear()
 
     def _stiffen(self) -> None:
         if self.torque:
-            with self._undisturbed():
+            with self._watch.undisturbed():
                 self.servos.stiffen()
 
     def halt(self) -> None:
@@ -346,7 +328,7 @@ class Driver:
         try:
             with self.brake.lock:
                 self.brake.refuse_if_latched()
-                self._ask_the_watch()
+                self._watch.ask()
                 self.brake.sets_off(seconds)
                 self.servos.send(ticks, seconds, ramp, confirmed)
         except BaseException as error:  # an interrupt too: it may have set off
@@ -473,7 +455,7 @@ class Driver:
     def _soften(self, servos) -> None:
         """One of the `servos` after the other into the mode with limited current, each holding as it did."""
         self._come_to_rest()
-        with self._undisturbed():
+        with self._watch.undisturbed():
             for servo in servos:
                 self.servos.set_up(servo, "current_position", on=True)
 
@@ -487,14 +469,14 @@ class Driver:
         if self.mode != "position":
             self.set_mode("position")
         self._check_settings()
-        self._folding = True
+        self._watch.folding = True
         try:
             for goal in gate.way_to_rest(self.guard, self._come_to_rest()):
                 self._move(goal, None, min(PARK_SPEED, self.guard.speed_cap))
                 self.wait()
             self.relax()
         finally:
-            self._folding = False
+            self._watch.folding = False
 
     # ---- gripper ----
 
@@ -504,7 +486,7 @@ class Driver:
         It goes on pressing. Does not wait. Raises `TorqueOff`, `Stopped`, `NotReady` without a gripper.
         """
         self.brake.refuse_if_latched()
-        self.asked_at = self.clock.now()
+        self._watch.asked()
         if not self.condition.has_gripper:
             raise NotReady(self.bus.name, ["no gripper: servo 15 does not answer"])
         if not self.torque:
@@ -517,19 +499,10 @@ class Driver:
     # ---- small parts ----
 
     def _ready(self, mode: str) -> None:
-        self._ask_the_watch()
+        self._watch.ask()
         self.brake.refuse_if_latched()
-        self.asked_at = self.clock.now()
+        self._watch.asked()
         if not self.torque:
             raise TorqueOff
         if self.mode != mode:
             raise BadInput(f"the joints are in {self.mode} mode; `robot.write_mode({mode!r})` changes that.")
-
-    @contextlib.contextmanager
-    def _undisturbed(self):
-        """The watch does not come between."""
-        before, self.busy = self.busy, True
-        try:
-            yield
-        finally:
-            self.busy = before

@@ -17,10 +17,6 @@ class Rescue:
     def __init__(self, servos: Servos, ids: list[int]):
         self.servos, self.bus, self.ids = servos, servos.bus, ids
 
-    def check_errors(self) -> None:
-        """Raise the hardware error of a joint that has one."""
-        again(self.bus.check_hardware, JOINTS)
-
     def find(self, error: BusError) -> None:
         """Wait for who did not answer, as long as a restart takes; raises `ServoLost` if that is not all of them."""
         gone, until = self.ids, self.bus.clock.now() + RESTART_S

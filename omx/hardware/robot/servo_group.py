@@ -145,7 +145,7 @@ class Servos:
             (self.soft.discard if mode == "position" else self.soft.add)(servo)
         except BaseException:
             if was_on:
-                self.catch(servo)
+                self._catch(servo)
             raise
 
     def _choose_modes(self, servo: int, mode: str) -> None:
@@ -182,21 +182,15 @@ class Servos:
         total = units.MILLISECONDS.raw(seconds)
         self.put_all(PROFILE, {servo: (total // 4, total)})
 
-    def catch(self, servo: int) -> bool:
-        """Switch a servo on again where it is. True if it then has torque."""
+    def _catch(self, servo: int) -> None:
+        """Switch a servo on again where it is."""
         with contextlib.suppress(BusError):
             if not self.get(servo, "torque_enable"):
                 self.slow(servo)
                 self._goal_here(servo)
                 self.put(servo, "torque_enable", 1)
-            return True
-        return False
 
     # ---- moving and standing ----
-
-    def state(self) -> dict[int, tuple[int, int, int]]:
-        """Of each joint: where it is, and its own set-point's speed and place (raw)."""
-        return again(self.bus.read_block, JOINTS, STATE)
 
     def send(self, goals: dict[int, int], seconds: float, ramp: float, confirmed: bool = True) -> None:
         """Goal positions, to be reached in `seconds` of which the share `ramp` speeds up, all in one packet.
@@ -207,19 +201,12 @@ class Servos:
         motions = {servo: (int(ramp * total), total, goal) for servo, goal in goals.items()}
         self.put_all(MOTION, motions) if confirmed else self.bus.write_block(MOTION, motions)
 
-    def stand(self) -> None:
-        """All joints stop where they are, in three transactions. A set-point that is near stays: no sag is added."""
-        if self.soft:
-            self.put_all(WATCHDOG, dict.fromkeys(self.soft, (0,)))
-        state = self.state()
-        self.put_all(MOTION_PUSHED, {servo: self.standing(servo, *state[servo]) for servo in JOINTS})
-
-    def stand_alone(self, servo: int) -> None:
-        """The same for one servo, each step confirmed."""
-        state = again(self.bus.read_block, [servo], STATE, times=3)[servo]
-        self.put(servo, "bus_watchdog", 0)
-        for row, value in zip(MOTION_PUSHED.registers, self.standing(servo, *state), strict=True):
-            self.put(servo, row.name, value)
+    def stand(self, servos=JOINTS) -> None:
+        """They stop where they are, in three transactions. A set-point that is near stays: no sag is added."""
+        if pushing := self.soft.intersection(servos):
+            self.put_all(WATCHDOG, dict.fromkeys(pushing, (0,)))
+        state = again(self.bus.read_block, list(servos), STATE)
+        self.put_all(MOTION_PUSHED, {servo: self.standing(servo, *state[servo]) for servo in servos})
 
     def standing(self, servo: int, present: int, _=0, aim: int | None = None) -> tuple[int, ...]:
         """What to write into `MOTION_PUSHED` for it: all its current, and to stand at `aim`, or where it is.
