@@ -65,13 +65,14 @@ def payload(grams) -> float:
     return float(grams)
 
 
-def check_payload(way, payload_g: float, start) -> None:
+def check_payload(way, payload_g: float, start=None) -> None:
     """Raise `TooHeavy` if a joint could not hold `payload_g` for long somewhere on `way`, configurations (N, 4) in rad.
 
     The limit is heat: a servo that holds `HOLDING_MA` for good warms to just under where the driver warns. An arm that
     starts beyond it may go where it is less.
     """
-    most_mA = max(HOLDING_MA, *map(abs, holding_currents(start, payload_g)))
+    already = () if start is None else holding_currents(start, payload_g)
+    most_mA = max([HOLDING_MA, *map(abs, already)])
     worst, joint, q = max((abs(mA), i, q) for q in way for i, mA in enumerate(holding_currents(q, payload_g)))
     if worst > most_mA * (1 + 1e-9):
         empty = abs(holding_currents(q)[joint])

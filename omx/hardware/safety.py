@@ -87,7 +87,7 @@ class Guard:
         outside (moved by hand, say) may come back in: then a joint, the clearance or the load must only not get worse.
         Raises `BadInput`, `JointLimit`, `Collision` or `TooHeavy`.
         """
-        goal = as_four(goal, "goal", JOINT_ANGLES)
+        goal, already = as_four(goal, "goal", JOINT_ANGLES), start
         if start is None:
             start, floor, limits = goal, 0.0, self.soft_limits
         else:
@@ -106,7 +106,7 @@ class Guard:
             last = way[first - 1].tolist() if first else start
             raise Collision(*pairs[pair], -found[sags, pair, first], last, sags=bool(sags))
         if self.payload_g:
-            gravity.check_payload(way.tolist(), self.payload_g, start)
+            gravity.check_payload(way.tolist(), self.payload_g, already)
         return goal
 
     def seconds(self, start, goal, seconds: float | None = None, ramp: float = RAMP) -> float:
