@@ -110,15 +110,15 @@ class Collision(OmxError):
     """Two parts of the arm, or the arm and the table, would meet.
 
     `first` and `second` name them, `depth` (mm) is how far they would overlap, `nearest` the last safe joint angles
-    (rad) on the way.
+    (rad) on the way. `sags`: not as it is told to stand, but as it sags there under its weight.
     """
 
-    def __init__(self, first: str, second: str, depth: float, nearest):
-        self.first, self.second, self.depth, self.nearest = first, second, depth, tuple(nearest)
+    def __init__(self, first: str, second: str, depth: float, nearest, sags: bool = False):
+        self.first, self.second, self.depth, self.nearest, self.sags = first, second, depth, tuple(nearest), sags
         angles = ", ".join(f"{math.degrees(a):.1f}" for a in self.nearest)
         super().__init__(
-            f"refused: the {first} would run {depth:.1f} mm into the {second}. The arm could go as far as "
-            f"({angles}) deg."
+            f"refused: the {first} would {'sag' if sags else 'run'} {depth:.1f} mm into the {second}. "
+            f"The arm could go as far as ({angles}) deg."
         )
 
 

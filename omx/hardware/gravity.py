@@ -5,7 +5,7 @@ The virtual arm falls by it; the driver balances an arm with it, and knows by it
 
 from math import cos, sin
 
-from ..arm import FOREARM, GRAVITY, HOLDING_MA, TORQUE_PER_MA, UPPER_ARM, WRIST
+from ..arm import FOREARM, GRAVITY, HOLDING_MA, STIFFNESS, TORQUE_PER_MA, UPPER_ARM, WRIST
 from ..errors import BadInput, TooHeavy
 from ..geometry import MAKER
 
@@ -52,6 +52,12 @@ def holding_currents(q, payload_g: float = 0.0) -> tuple[float, float, float, fl
     return 0.0, *(-torque / TORQUE_PER_MA for torque in torques(q2, q3, q4, payload_g / 1000))
 
 
+def sagged(q, payload_g: float = 0.0) -> tuple[float, float, float, float]:
+    """Where the arm stands (rad) when it is told to stand at `q`: each servo gives way under its load, as a spring."""
+    loads = 0.0, *torques(*q[1:], payload_g / 1000)
+    return tuple(angle + torque / STIFFNESS for angle, torque in zip(q, loads, strict=True))
+
+
 def payload(grams) -> float:
     """`grams` as a number, if the arm may carry that much at all; raises `BadInput`."""
     if not (isinstance(grams, (int, float)) and 0 <= grams <= MOST_GRAMS):
@@ -59,13 +65,14 @@ def payload(grams) -> float:
     return float(grams)
 
 
-def check_payload(way, payload_g: float, start) -> None:
+def check_payload(way, payload_g: float, start=None) -> None:
     """Raise `TooHeavy` if a joint could not hold `payload_g` for long somewhere on `way`, configurations (N, 4) in rad.
 
     The limit is heat: a servo that holds `HOLDING_MA` for good warms to just under where the driver warns. An arm that
     starts beyond it may go where it is less.
     """
-    most_mA = max(HOLDING_MA, *map(abs, holding_currents(start, payload_g)))
+    already = () if start is None else holding_currents(start, payload_g)
+    most_mA = max([HOLDING_MA, *map(abs, already)])
     worst, joint, q = max((abs(mA), i, q) for q in way for i, mA in enumerate(holding_currents(q, payload_g)))
     if worst > most_mA * (1 + 1e-9):
         empty = abs(holding_currents(q)[joint])

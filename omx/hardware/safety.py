@@ -83,28 +83,30 @@ class Guard:
     def check(self, goal, start=None) -> tuple[float, float, float, float]:
         """`goal` (rad), checked by itself and, if `start` is given, all along the way that the joints take.
 
-        Raises `BadInput`, `JointLimit`, `Collision` or `TooHeavy`. An arm that *starts* outside (moved by hand, say)
-        may come back in: then a joint, the clearance or the load must only not get worse.
+        The way must be clear as it is commanded, and as the arm sags on it, payload and all. An arm that *starts*
+        outside (moved by hand, say) may come back in: then a joint, the clearance or the load must only not get worse.
+        Raises `BadInput`, `JointLimit`, `Collision` or `TooHeavy`.
         """
-        goal = as_four(goal, "goal", JOINT_ANGLES)
+        goal, already = as_four(goal, "goal", JOINT_ANGLES), start
         if start is None:
             start, floor, limits = goal, 0.0, self.soft_limits
         else:
             start = as_four(start, "start", JOINT_ANGLES)
-            floor = min(0.0, self.clearance(start)[0])
+            floor = min(0.0, self._gaps(np.array([start]))[1].min())
             limits = [(min(low, q), max(high, q)) for (low, high), q in zip(self.soft_limits, start, strict=True)]
         violations = limit_violations(goal, limits)
         if violations:
             raise JointLimit(violations, clipped(goal, self.soft_limits), "refused")
         way = _way(start, goal)
-        pairs, found = gaps(way, self.geometry, self.table)
-        met = found.min(axis=0) < floor - 1e-6
+        pairs, found = self._gaps(way)
+        met = found.min(axis=(0, 1)) < floor - 1e-6
         if met.any():
             first = int(met.argmax())
-            pair = int(found[:, first].argmin())
-            raise Collision(*pairs[pair], -found[pair, first], way[first - 1].tolist() if first else start)
+            sags, pair = divmod(int(found[:, :, first].argmin()), len(pairs))
+            last = way[first - 1].tolist() if first else start
+            raise Collision(*pairs[pair], -found[sags, pair, first], last, sags=bool(sags))
         if self.payload_g:
-            gravity.check_payload(way.tolist(), self.payload_g, start)
+            gravity.check_payload(way.tolist(), self.payload_g, already)
         return goal
 
     def seconds(self, start, goal, seconds: float | None = None, ramp: float = RAMP) -> float:
@@ -133,6 +135,12 @@ class Guard:
         """
         carried = HOLDING_TORQUE + self.payload_g * GRAVITY * PAYLOAD_AT * 1e-6
         return min(1.1 * (carried + FRICTION + STALL_TORQUE / NO_LOAD_SPEED * self.speed_cap), STALL_TORQUE)
+
+    def _gaps(self, way) -> tuple[list[tuple[str, str]], np.ndarray]:
+        """The pairs of parts that can meet, and their gaps (mm) as commanded and as the arm sags: (2, pairs, N)."""
+        sagged = [gravity.sagged(q, self.payload_g) for q in way.tolist()]
+        pairs, found = gaps(np.concatenate([way, sagged]), self.geometry, self.table)
+        return pairs, found.reshape(len(pairs), 2, len(way)).swapaxes(0, 1)
 
     def clearance(self, q) -> tuple[float, str, str]:
         """The smallest gap (mm; negative where parts overlap) and the names of the two parts it is between."""

@@ -373,6 +373,13 @@ def raised(servo, name, value, **settings):
         return [finding.key for finding in explain(caught.value)]
 
 
+def test_what_several_servos_share_is_told_once_in_the_order_of_their_ids():
+    told = str(examined(("low_voltage", {"value": 10.5}))).splitlines()
+    first = next(i for i, line in enumerate(told) if "has only" in line)
+    assert [line.split()[2] for line in told[first : first + 5]] == list(map(str, ARM_IDS))
+    assert told[first + 5].strip().startswith("why:")
+
+
 def test_refusals_are_explained():
     assert raised(12, "drive_mode", 4, torque_enable=1) == ["access"]
     assert raised(12, "goal_position", 3000, max_position_limit=2500) == ["data_limit"]

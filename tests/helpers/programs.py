@@ -63,8 +63,8 @@ class Trial:
         def seen(steps):
             servos = [self.arm.servo(servo) for servo in JOINT_IDS]
             on = all(servo.torque_on and servo.powered for servo in servos)
-            if any(servo.table["operating_mode"] == 0 for servo in servos):
-                on = on and self.robot.bus.is_open  # killed in a push: nobody is left to make it hold
+            if any(servo.table["goal_current"] < servo.table["current_limit"] for servo in servos):
+                on = on and self.robot.bus.is_open  # killed in a push: it holds with no more current than it pushed
             angles = [joint.angle for joint in self.arm.joints[:4]]
             self.rows.append((self.arm.time, *angles, on, self.stopped_at, self.episode))
             live(steps)

@@ -46,7 +46,7 @@ def pitch_map(step: float = 10.0, pitches: int = 120, geometry: Geometry = COURS
     """The share of legal pitches and the number of branches, at the centre of every cell of side `step` (mm).
 
     `pitches`: how many, evenly spaced over the full turn, are tried. `allowed(q)`, (n, 4) -> booleans (n,), rules out
-    more configurations, for example `omx.analysis.workspace.clear`. `progress(done, total)` is called now and then.
+    more configurations, for example `omx.analysis.workspace.clear`. `progress(share)`, 0 .. 1, is called now and then.
     """
     pitches, limits = as_count(pitches, "pitches", most=100_000), as_limits(limits, 4)
     _check_function("allowed", allowed)
@@ -61,7 +61,7 @@ def pitch_map(step: float = 10.0, pitches: int = 120, geometry: Geometry = COURS
         share[rows, columns] = (legal > 0).mean(axis=1)
         branches[rows, columns] = legal.max(axis=1)
         if progress is not None:
-            progress(min(start + some, len(cells)), len(cells))
+            progress(min((start + some) / len(cells), 1.0))
     return PitchMap(r, z, share, branches)
 
 

@@ -111,8 +111,8 @@ def count_plane(samples: int, seed: int = 0, *, geometry: Geometry | Chain = COU
 
     For a `Geometry` r has a sign, as if q1 were 0: negative over the arm's back. For a `Chain` it is the distance
     from the z axis. `step`: the side of a cell (mm). `keep(q)`, (n, joints) -> booleans (n,): count only these.
-    `executor`: anything with the `map` of `concurrent.futures`; threads if left out. `progress(done, samples)` is
-    called as the work proceeds, for example `text_bar`. The counts do not depend on either. Raises `BadInput`.
+    `executor`: anything with the `map` of `concurrent.futures`; threads if left out. `progress(share)`, 0 .. 1, is
+    called as the work proceeds. The counts do not depend on either. Raises `BadInput`.
     """
     geometry, step = _arm(geometry), as_number(step, "step", "the side of a cell in mm, more than 0", TINY)
     (z_low, z_high), reach = _span(geometry, limits)
@@ -131,14 +131,6 @@ def count_space(samples: int, seed: int = 0, *, geometry: Geometry | Chain = COU
     return _count(job, _space, executor, progress)
 
 
-def text_bar(done: int, total: int) -> None:
-    """A progress bar for a terminal: pass it as `progress`."""
-    done, total = as_count(done, "done", 0), as_count(total, "total")
-    full = round(30 * done / total)
-    end = "\n" if done == total else ""
-    print(f"\r[{'#' * full}{'.' * (30 - full)}] {done / total:4.0%}", end=end, file=sys.stderr, flush=True)
-
-
 def _count(job: _Job, project, executor: Executor | None, progress) -> Counts:
     blocks = -(-job.samples // BLOCK)
     firsts = range(0, blocks, TASK // BLOCK)
@@ -154,7 +146,7 @@ def _count(job: _Job, project, executor: Executor | None, progress) -> Counts:
     for first, counts in zip(firsts, shared_out(partial(_task, job, project), firsts), strict=True):
         total += counts
         if progress is not None:
-            progress(min(first * BLOCK + TASK, job.samples), job.samples)
+            progress(min((first * BLOCK + TASK) / job.samples, 1.0))
     return Counts(job.axes, total.reshape([len(axis) for axis in job.axes]), job.step)
 
 

@@ -77,6 +77,20 @@ class RobotPanel(ipywidgets.VBox):
         self._relax_beat_at = -math.inf
         self._silent_at = math.inf
         self._looks = 0
+        super().__init__([self.joints, *self._controls()])
+        self.joints.q = start
+        for button in (self.hold, self.stop_button, self.resume_button, self.park_button, self.relax_button):
+            _heard_at_once(button)
+        self._say(" ".join(self.driver.condition.warnings))
+        self.look()
+        _panels.add(self)
+        looks = (weakref.ref(self), self._closing)
+        self._thread = threading.Thread(target=_watch, args=looks, name="omx panel", daemon=True)
+        if watch:
+            self._start_watching(*looks)
+
+    def _controls(self) -> list:
+        """Buttons, the speed, and two lines of text: what has happened, and how the servos are."""
         self.motors = ipywidgets.ToggleButton(description="Motors on", value=self.driver.torque, icon="power-off")
         cap = max(1, math.floor(math.degrees(self.driver.guard.speed_cap)))
         slow, fast = min(SLOWEST_DEG, cap), min(FASTEST_DEG, cap)
@@ -89,25 +103,14 @@ class RobotPanel(ipywidgets.VBox):
         self.relax_button = HoldButton(label="Hold to relax", plain=True)
         self.message, self.state = ipywidgets.HTML(), ipywidgets.HTML()
         self.motors.observe(lambda change: self._try(self._switch, change.new), "value")
-        self.hold.observe(lambda _: self._try(self._beat), "beat")
+        for button, beat in ((self.hold, self._beat), (self.park_button, self._park_beat),
+                             (self.relax_button, self._relax_beat)):  # fmt: skip
+            button.observe(lambda _, beat=beat: self._try(beat), "beat")
         self.stop_button.on_click(lambda _: self._try(self.stop))
         self.resume_button.on_click(lambda _: self._try(self.resume))
-        self.park_button.observe(lambda _: self._try(self._park_beat), "beat")
-        self.relax_button.observe(lambda _: self._try(self._relax_beat), "beat")
-        unit = ipywidgets.Label("deg/s")
         buttons = [self.motors, self.hold, self.stop_button, self.resume_button, self.park_button, self.relax_button]
-        super().__init__([self.joints, ipywidgets.HBox(buttons), ipywidgets.HBox([self.speed, unit]), self.message,
-                          self.state])  # fmt: skip
-        self.joints.q = start
-        for button in (self.hold, self.stop_button, self.resume_button, self.park_button, self.relax_button):
-            _heard_at_once(button)
-        self._say(" ".join(self.driver.condition.warnings))
-        self.look()
-        _panels.add(self)
-        looks = (weakref.ref(self), self._closing)
-        self._thread = threading.Thread(target=_watch, args=looks, name="omx panel", daemon=True)
-        if watch:
-            self._start_watching(*looks)
+        speed = ipywidgets.HBox([self.speed, ipywidgets.Label("deg/s")])
+        return [ipywidgets.HBox(buttons), speed, self.message, self.state]
 
     def __repr__(self) -> str:
         return f"RobotPanel: {self.joints.view!r}"

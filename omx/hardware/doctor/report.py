@@ -65,13 +65,13 @@ class Report:
     __repr__ = __str__
 
     def _groups(self) -> list[list[Finding]]:
-        """Findings with the same cause and remedy together, faults first."""
+        """Findings with the same cause and remedy together, by the ids of their servos; faults first."""
         groups: dict[tuple, list[Finding]] = {}
-        for finding in sorted(self.findings, key=lambda f: LEVELS.index(f.level)):
+        for finding in sorted(self.findings, key=lambda f: (LEVELS.index(f.level), f.servo or 0)):
             groups.setdefault((finding.key, finding.cause, finding.remedy), []).append(finding)
         return list(groups.values())
 
 
 def _told(findings: list[Finding]) -> str:
-    first, *others = findings
-    return "\n".join([*(f"{_SIGNS[other.level]} {other.symptom}" for other in others), str(first)])
+    *others, last = findings
+    return "\n".join([*(f"{_SIGNS[other.level]} {other.symptom}" for other in others), str(last)])

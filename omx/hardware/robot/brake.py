@@ -3,9 +3,9 @@
 import contextlib
 import threading
 
-from ...errors import BusCorrupt, BusError, BusTimeout, OmxError, Stopped
+from ...errors import BusCorrupt, BusError, BusTimeout, Stopped
 from .monitor import Monitor
-from .servo_group import HOLD_S, JOINTS, Servos
+from .servo_group import HOLD_S, JOINTS, MOTION_PUSHED, Servos
 
 #: How old a reading may be to hold blindly where it was.
 FRESH_S = 1.5
@@ -50,20 +50,17 @@ class Brake:
         """A goal goes out now, and takes `seconds`."""
         self.holding, self.arrival = False, self.clock.now() + seconds
 
-    def hold(self, in_position: bool = True) -> None:
+    def hold(self) -> None:
         """Stop where the arm is, torque on. Does what it can even if servos are missing, then raises what failed."""
         with self.lock:
             self.arrival, self.holding = self.clock.now() + HOLD_S, True
-            if in_position:
-                try:
-                    self.servos.stand()
-                    return
-                except BusError:  # one of them is in trouble: each by itself, so that the others stand
-                    pass
-            failed = []
+            with contextlib.suppress(BusError):
+                self.servos.stand()
+                return
+            failed = []  # one of them is in trouble: each by itself, so that the others stand
             for servo in JOINTS:
                 try:
-                    self._stand(servo) if in_position else self.servos.set_up(servo, "position", on=True)
+                    self._stand(servo)
                 except BusError as error:
                     failed.append(error)
         if failed:
@@ -72,16 +69,10 @@ class Brake:
     def _stand(self, servo: int) -> None:
         """Hold one joint. If it does not answer it may still hear: it is told to stay where it was seen last."""
         try:
-            self.servos.stand_alone(servo)
+            self.servos.stand([servo])
         except (BusTimeout, BusCorrupt):
             when, where = self.monitor.seen
             if self.clock.now() - when < FRESH_S:
-                for name, value in (("profile_acceleration", 0), ("profile_velocity", 1000), ("goal_position", None)):
-                    self.servos.bus.write_all(name, {servo: where[servo] if value is None else value})
+                current, *_, goal = self.servos.standing(servo, where[servo])
+                self.servos.bus.write_block(MOTION_PUSHED, {servo: (current, 0, 0, 1000, goal)})
             raise
-
-    def halt(self, in_position: bool = True) -> None:
-        """Hold on our own account, once; what fails then does not hide the reason for it."""
-        if not self.holding:
-            with contextlib.suppress(OmxError):
-                self.hold(in_position)

@@ -16,10 +16,8 @@ from ...arm import (
     GRIPPER_ID,
     IDLE_S,
     JOINT_IDS,
-    NO_LOAD_SPEED,
     PARK_SPEED,
     SLOW,
-    STALL_CURRENT,
     STALL_TORQUE,
 )
 from ...arrays import as_four
@@ -33,8 +31,6 @@ from ...errors import (
     ObjectLost,
     OmxError,
     PortLost,
-    ServoLost,
-    ServoRestarted,
     Stalled,
     TooFast,
     TorqueOff,
@@ -50,22 +46,11 @@ from .brake import Brake
 from .discovery import Condition, look_over
 from .gripper import Gripper
 from .monitor import Monitor, Reading, Watch
-from .servo_group import HOLD_SLACK, JOINTS, MODES, Servos, again
+from .pushing import UNREPEATED_S, Pushing
+from .rescue import LOOK_S, Rescue, port_lost
+from .servo_group import HOLD_SLACK, JOINTS, Servos, again
 
 RESTING = math.radians(2.0)  # rad/s
-LOOK_S = 0.02
-#: How long a velocity or a push lasts unless it is repeated (s).
-UNREPEATED_S = 0.4
-#: How far ahead (s) an arm that is pushed must stay clear: a look of the watch, and the time that a hold takes.
-AHEAD_S = 0.3
-#: How much faster (rad/s) a motor turns for each mA.
-SPEED_PER_MA = NO_LOAD_SPEED / STALL_CURRENT
-#: How long a servo that restarts is silent, and a little more.
-RESTART_S = 0.6
-#: A servo that is too hot after so long (s) without a command is parked: it will give up by itself soon.
-HOT_IDLE_S = 30.0
-#: Operating modes in which a servo does not hold a position.
-PUSHES = (reg.MODES["current"], reg.MODES["velocity"], reg.MODES["pwm"])
 
 _log = logging.getLogger("omx.robot")
 
@@ -84,28 +69,18 @@ class Driver:
         self.condition: Condition = look_over(bus)
         if self.condition.problems:
             raise NotReady(bus.name, self.condition.problems)
-        at = self.condition.registers
-        limits = {servo: (at[servo]["min_position_limit"], at[servo]["max_position_limit"]) for servo in at}
-        self._pwm_limits = {servo: at[servo]["pwm_limit"] for servo in JOINT_IDS}
-        self.servos = Servos(bus, limits, self._pwm())
+        self.servos = Servos(bus, self.condition.registers, self._pwm())
         self.monitor = Monitor(bus, offsets)
         self.brake = Brake(self.servos, self.monitor)
         self.gripper = Gripper(self.servos)
-        self.trouble: OmxError | None = None  # what the watch met, until somebody asks
-        self.idle_s, self.asked_at = idle_s, self.clock.now()
-        self.busy = False  # in the middle of something that the watch must not come between
+        self.push = Pushing(self.servos, self.monitor, self.brake)
+        self.rescue = Rescue(self.servos, [servo for servo in ARM_IDS if servo in self.condition.servos])
         self._streamed: tuple[float, ...] | None = None  # the last point of a stream
-        self._until = math.inf  # when a push ends that is not repeated
-        self._pushed: set[int] = set()  # the servos in current mode
-        self._folding = self.hot = False
         self.mode = "position"
-        self.torque = any(at[servo]["torque_enable"] for servo in JOINT_IDS)
-        #: True while the servos are in a mode in which they do not hold a position.
-        self.pushing = self.torque and any(at[servo]["operating_mode"] in PUSHES for servo in JOINT_IDS)
-        self._watch = Watch(self)
+        self.torque = any(self.condition.registers[servo]["torque_enable"] for servo in JOINT_IDS)
+        self._watch = Watch(self, idle_s)
         if self.torque:
-            if self.pushing:  # it may be turning, and our own questions would feed its watchdog
-                self.hold()
+            self.servos.stiffen()  # it may be turning, and our own questions would feed its watchdog
             self._watch.begin()
 
     # ---- setting up ----
@@ -113,7 +88,7 @@ class Driver:
     def _pwm(self) -> dict[int, int]:
         """How much of its power (raw) each joint may use."""
         push = round(self.guard.push() / STALL_TORQUE * reg.REGISTERS["goal_pwm"].high)
-        return {servo: min(push, most) for servo, most in self._pwm_limits.items()}
+        return {servo: min(push, self.condition.registers[servo]["pwm_limit"]) for servo in JOINT_IDS}
 
     def carry(self, payload_g: float) -> None:
         """From now on the gripper carries `payload_g` (g): joints may push so much harder, and not stretch as far."""
@@ -125,11 +100,11 @@ class Driver:
     def torque_on(self) -> None:
         """Set every servo up and switch it on where it stands: the goal becomes the present position first."""
         self.brake.refuse_if_latched()
-        with self._undisturbed():
+        with self._watch.undisturbed():
             self.halt()  # a joint that lags behind, on less power than it is about to get, would leap
-            self.torque, self.trouble = True, None  # from the first one on
+            self.torque, self._watch.trouble = True, None  # from the first one on
             self.brake.holding, self.mode, self._streamed = True, "position", None
-            self.servos.switch_on(self._servos())
+            self.servos.switch_on(self.rescue.ids)
         for symptom in self.condition.left_behind:
             _log.warning("set back: %s.", symptom)
         self.condition.found.clear()
@@ -138,28 +113,31 @@ class Driver:
     def relax(self) -> None:
         """Torque off: **the arm falls**. Support it first, or `park` instead."""
         errors = []
-        with self._undisturbed():
-            for servo in self._servos():
+        with self._watch.undisturbed():
+            for servo in self.rescue.ids:
                 try:
                     self.servos.put(servo, "torque_enable", 0)
                 except BusError as error:
                     errors.append(error)
-            self.torque, self.pushing, self._streamed = bool(errors), False, None
+            self.torque, self._streamed = bool(errors), None
+            self.push.joints.clear()
         if errors:
             raise errors[0]
 
     def set_mode(self, mode: str) -> None:
         """What is commanded from now on: "position", "velocity" or "current". The arm comes to rest, and holds.
 
-        The servos stay in their position mode: a velocity is a goal `UNREPEATED_S` ahead, and only while somebody
-        pushes with `currents` are they in another one.
+        A velocity is a goal `UNREPEATED_S` ahead. Only from the first push with `currents` to the next "position" or
+        "velocity" are the servos not in their position mode; for each change they lose their torque for some ms.
         """
         if mode not in ("position", "velocity", "current"):
             raise BadInput(f"`mode` must be 'position', 'velocity' or 'current'; got {mode!r}.")
         self.brake.refuse_if_latched()
-        if self.pushing:
+        if self.push:
             self._stand()
         self._come_to_rest()
+        if mode != "current":
+            self._stiffen()
         self.mode, self._streamed = mode, None
 
     def recover(self) -> list[int]:
@@ -167,17 +145,9 @@ class Driver:
 
         A servo that reboots is limp for half a second: support the arm. Returns the ids of the servos rebooted.
         """
-        with self._undisturbed():
-            bits = again(self.bus.read_all, self._servos(), "hardware_error")
-            faulty = [servo for servo in bits if bits[servo]]
-            for servo in faulty:
-                self.bus.reboot(servo)
-                self.clock.sleep(0.5)
-                self.servos.set_up(servo, "position", on=True)
-            off = [servo for servo, on in self.servos.of_joints("torque_enable").items() if not on]
-            for servo in off if self.torque else ():
-                self.servos.set_up(servo, "position", on=True)
-            self.torque, self.trouble = any(self.servos.of_joints("torque_enable").values()), None
+        with self._watch.undisturbed():
+            faulty = self.rescue.recover(self.torque)
+            self.torque, self._watch.trouble = any(self.servos.of_joints("torque_enable").values()), None
         self._watch.begin()
         return faulty
 
@@ -185,19 +155,14 @@ class Driver:
 
     def read(self) -> Reading:
         """Angles, speeds and currents of the joints. Every read watches: it holds the arm, and raises what is wrong."""
-        self._ask_the_watch()
+        self._watch.ask()
         reading = self.glance()
-        self._ask_the_watch()  # it may have looked meanwhile
+        self._watch.ask()  # it may have looked meanwhile
         return reading
-
-    def _ask_the_watch(self) -> None:
-        if self.trouble and not self._folding:
-            trouble, self.trouble = self.trouble, None
-            raise trouble
 
     def watch(self) -> Reading:
         """`read`, for somebody who waits for the arm: raises `Stopped`, too."""
-        self.asked_at = self.clock.now()
+        self._watch.asked()
         reading = self.read()
         self.brake.refuse_if_latched()
         return reading
@@ -210,7 +175,7 @@ class Driver:
             self._silence(error)
             raise
         except PortLost as error:
-            raise _port_lost(error) from error
+            raise port_lost(error) from error
         if self.monitor.alert:
             self._fault()
         if self.torque:
@@ -219,11 +184,11 @@ class Driver:
 
     def _judge(self, reading: Reading) -> None:
         wrong = self.monitor.stall(reading, self.guard.payload_g)
-        if self.pushing and not wrong:
-            if self.clock.now() >= self._until:
+        if self.push and not wrong:
+            if self.push.overdue:
                 self.halt()
             else:
-                wrong = self.monitor.out_of_bounds(reading.q, reading.speed, self.guard, AHEAD_S)
+                wrong = self.push.forecast(reading, {}, self.guard)
         if not wrong and self.monitor.health_is_due():
             wrong = self._health()
         if wrong:
@@ -237,27 +202,18 @@ class Driver:
         for warning in self.monitor.new_warnings:
             _log.warning("%s", warning)
         self.monitor.new_warnings.clear()
-        if self._folding and isinstance(wrong, NotReady):  # the motors are about to go off, which helps best
+        if self._watch.folding and isinstance(wrong, NotReady):  # the motors are about to go off, which helps best
             wrong = None
-        self.hot = isinstance(wrong, NotReady)
+        self._watch.hot = isinstance(wrong, NotReady)
         if not wrong:
             self._check_torque()
         return wrong
 
-    @property
-    def forgotten(self) -> bool:
-        """True if the arm holds, and nobody has asked anything of it for so long that it had better park."""
-        quiet = self.clock.now() - self.asked_at
-        patience = HOT_IDLE_S if self.hot else math.inf if self.idle_s is None else self.idle_s
-        return quiet > patience and not (self.stopped or self.moving)
-
     def _check_torque(self) -> None:
         """A motor that is off although we switched it on: an error, or a restart that nobody noticed."""
-        if self.torque:
-            off = [servo for servo, on in self.servos.of_joints("torque_enable").items() if not on]
-            if off:
-                self._fault()
-                self._restarted(off)
+        if self.torque and (off := self.rescue.off()):
+            self._fault()
+            self.rescue.catch(off)
 
     # ---- when something is wrong ----
 
@@ -269,29 +225,10 @@ class Driver:
     def _silence(self, error: BusError) -> None:
         """Someone did not answer twice: the others hold, and whoever is back after a restart is caught."""
         self.halt()
-        if not self.torque:
-            return
-        with self._undisturbed():
-            gone, until = self._servos(), self.clock.now() + RESTART_S
-            while True:
-                there = self.bus.scan(gone)
-                gone = [servo for servo in gone if servo not in there]
-                if not gone or self.clock.now() >= until:
-                    break
-                self.clock.sleep(LOOK_S)
-        if gone:
-            raise ServoLost(self.bus.name, "answer", gone, [s for s in self._servos() if s not in gone]) from error
-        self._check_torque()
-
-    def _restarted(self, servos) -> None:
-        caught = [servo for servo in servos if self._caught(servo)]
-        raise ServoRestarted(self.bus.name, servos, held=len(caught) == len(servos))
-
-    def _caught(self, servo: int) -> bool:
-        with contextlib.suppress(BusError):
-            self.servos.set_up(servo, "position", on=True)
-            return True
-        return False
+        if self.torque:
+            with self._watch.undisturbed():
+                self.rescue.find(error)
+            self._check_torque()
 
     # ---- stopping ----
 
@@ -302,27 +239,30 @@ class Driver:
 
     def resume(self) -> None:
         """Allow commands again after a stop, a stall or an interrupt."""
-        self.trouble = None
+        self._watch.trouble = None
         self.brake.resume()
 
     def hold(self) -> None:
         """Stop where the arm is, torque on, in position mode. Does what it can, then raises what failed."""
         self._stand()
+        self._stiffen()
         self.mode = "position"
 
     def _stand(self) -> None:
         if self.torque:
-            with self._undisturbed():
-                self._into_position() if self.pushing else self.brake.hold()
+            with self._watch.undisturbed():
+                self.push.until = self.clock.now()  # if this fails, the watch tries again
+                self.brake.hold()
+                self.push.joints.clear()
 
-    def _into_position(self) -> None:
-        self._until = self.clock.now()  # if this fails, the watch tries again
-        self.brake.hold(in_position=False)
-        self.pushing, self._until = False, math.inf
+    def _stiffen(self) -> None:
+        if self.torque:
+            with self._watch.undisturbed():
+                self.servos.stiffen()
 
     def halt(self) -> None:
         """Hold on our own account, once; what fails then does not hide the reason for it."""
-        if self.torque and (self.pushing or not self.brake.holding):
+        if self.torque and (self.push or not self.brake.holding):
             with contextlib.suppress(OmxError):
                 self._stand()
 
@@ -340,7 +280,7 @@ class Driver:
     @property
     def moving(self) -> bool:
         """Is a commanded motion still under way, by its time?"""
-        return self.brake.moving or self.pushing
+        return self.brake.moving or bool(self.push)
 
     # ---- moving ----
 
@@ -388,7 +328,7 @@ class Driver:
         try:
             with self.brake.lock:
                 self.brake.refuse_if_latched()
-                self._ask_the_watch()
+                self._watch.ask()
                 self.brake.sets_off(seconds)
                 self.servos.send(ticks, seconds, ramp, confirmed)
         except BaseException as error:  # an interrupt too: it may have set off
@@ -398,18 +338,8 @@ class Driver:
         return tuple(units.POSITION.value(ticks[servo]) + a for servo, a in zip(JOINTS, offsets, strict=True))
 
     def _check_settings(self) -> None:
-        """Is every joint still as we set it up? After a restart, or another program, a goal would mean full speed."""
         self._check_torque()
-        wanted = (reg.DRIVE_TIME_BASED, reg.MODES["position"])
-        found = again(self.bus.read_block, JOINTS, MODES)
-        wrong = [
-            f"servo {servo} has drive mode {got[0]} and operating mode {got[1]} instead of {wanted[0]} and "
-            f"{wanted[1]}, so goals would not take the time given: `robot.write_motor_state(True)` sets it up"
-            for servo, got in found.items()
-            if got != wanted
-        ]
-        if wrong:
-            raise NotReady(self.bus.name, wrong)
+        self.rescue.check_settings()
 
     def stream_to(self, q, seconds: float) -> Reading:
         """One small step of a stream: the joints are to be at `q` (rad) in `seconds`. Returns where they were.
@@ -507,38 +437,27 @@ class Driver:
         return reading
 
     def _push(self, reading: Reading, milliamps: dict[int, float]) -> tuple[float, ...]:
-        # A motor has no inertia to speak of: what it pushes more than now decides at once how much faster it turns.
-        now = zip(JOINTS, reading.speed, reading.current, strict=True)
-        speed = [v + (milliamps.get(servo, mA) - mA) * SPEED_PER_MA for servo, v, mA in now]
-        if wrong := self.monitor.out_of_bounds(reading.q, speed, self.guard, AHEAD_S):
+        if wrong := self.push.forecast(reading, milliamps, self.guard):
             self.halt()  # what it was told before ends, too
             raise wrong.reason
-        if self.pushing and self._pushed != set(milliamps):
+        if self.push and self.push.joints != set(milliamps):
             self._stand()
-        if not self.pushing:
-            self._into_current(milliamps)
-        raw = {servo: units.CURRENT.raw(mA) for servo, mA in milliamps.items()}
         try:
-            with self.brake.lock:
-                self.brake.refuse_if_latched()
-                # Should this program die, the servos' own watchdog ends the push; they are limp then.
-                self.bus.write_all("bus_watchdog", dict.fromkeys(raw, units.WATCHDOG.raw(UNREPEATED_S)))
-                self.bus.write_all("goal_current", raw)
-                self._until = self.clock.now() + UNREPEATED_S
+            if not self.servos.soft.issuperset(milliamps):
+                self._soften(milliamps)
+            pushed = self.push.push(milliamps)
         except BaseException as error:
             self.broken_off(error)
             raise
         self._watch.begin()
-        return tuple(units.CURRENT.value(value) for value in raw.values())
+        return pushed
 
-    def _into_current(self, servos=JOINTS) -> None:
-        """One of the `servos` after the other into current mode, each pushing as it did."""
+    def _soften(self, servos) -> None:
+        """One of the `servos` after the other into the mode with limited current, each holding as it did."""
         self._come_to_rest()
-        with self._undisturbed():
-            self.pushing, self._until, self._pushed = True, self.clock.now(), set(servos)
+        with self._watch.undisturbed():
             for servo in servos:
-                self.servos.set_up(servo, "current", on=True)
-            self._until = self.clock.now() + UNREPEATED_S
+                self.servos.set_up(servo, "current_position", on=True)
 
     # ---- parking ----
 
@@ -550,14 +469,14 @@ class Driver:
         if self.mode != "position":
             self.set_mode("position")
         self._check_settings()
-        self._folding = True
+        self._watch.folding = True
         try:
             for goal in gate.way_to_rest(self.guard, self._come_to_rest()):
                 self._move(goal, None, min(PARK_SPEED, self.guard.speed_cap))
                 self.wait()
             self.relax()
         finally:
-            self._folding = False
+            self._watch.folding = False
 
     # ---- gripper ----
 
@@ -567,46 +486,23 @@ class Driver:
         It goes on pressing. Does not wait. Raises `TorqueOff`, `Stopped`, `NotReady` without a gripper.
         """
         self.brake.refuse_if_latched()
-        self.asked_at = self.clock.now()
+        self._watch.asked()
         if not self.condition.has_gripper:
             raise NotReady(self.bus.name, ["no gripper: servo 15 does not answer"])
         if not self.torque:
             raise TorqueOff
         if not self.servos.get(GRIPPER_ID, "torque_enable"):
             again(self.bus.check_hardware, [GRIPPER_ID])
-            self._restarted([GRIPPER_ID])
+            self.rescue.catch([GRIPPER_ID])
         self.gripper.close_to(servo_angle, force, seconds)
 
     # ---- small parts ----
 
     def _ready(self, mode: str) -> None:
-        self._ask_the_watch()
+        self._watch.ask()
         self.brake.refuse_if_latched()
-        self.asked_at = self.clock.now()
+        self._watch.asked()
         if not self.torque:
             raise TorqueOff
         if self.mode != mode:
             raise BadInput(f"the joints are in {self.mode} mode; `robot.write_mode({mode!r})` changes that.")
-
-    def _servos(self) -> list[int]:
-        return [servo for servo in ARM_IDS if servo in self.condition.servos]
-
-    @contextlib.contextmanager
-    def _undisturbed(self):
-        """The watch does not come between."""
-        before, self.busy = self.busy, True
-        try:
-            yield
-        finally:
-            self.busy = before
-
-
-def _port_lost(error: PortLost) -> PortLost:
-    """The same, with what it means for the arm."""
-    said = str(error).removeprefix(f"{error.port}: ")
-    return PortLost(
-        error.port,
-        f"{said} The arm cannot hear us: it ends its last move by itself and holds there, motors on (the power switch "
-        "is the emergency stop). With the plug back in, `robot.bus.reopen()` goes on.",
-        error.errno,
-    )

@@ -3,6 +3,7 @@
 It only reads: what to do about it is the driver's business.
 """
 
+import contextlib
 import logging
 import math
 import weakref
@@ -22,6 +23,8 @@ STALL_S = 0.15
 HEALTH_S = 1.0
 #: Seconds between two looks at an arm that moves, that is pushed, and that holds.
 MOVING_S, PUSHED_S, HOLDING_S = 0.1, 0.05, 1.0
+#: A servo that is too hot after so long (s) without a command is parked: it will give up by itself soon.
+HOT_IDLE_S = 30.0
 
 _log = logging.getLogger("omx.robot")
 
@@ -118,13 +121,36 @@ class Monitor:
 class Watch:
     """Looks at `driver`'s arm on its own clock while the motors are on; keeps neither the driver nor the program alive.
 
-    What it finds makes the arm hold, is said once, and is raised by the next call of somebody who asks.
+    What it finds makes the arm hold, is said once, and is raised by the next call of somebody who asks. An arm that
+    holds, and that nobody has asked for anything for `idle_s`, or `HOT_IDLE_S` if it is `hot`, is parked.
     """
 
-    def __init__(self, driver):
-        self._driver = weakref.ref(driver)
-        self._clock = driver.bus.clock
+    def __init__(self, driver, idle_s: float | None):
+        self._driver, self._clock, self._idle_s = weakref.ref(driver), driver.bus.clock, idle_s
         self._turn, self._due = 0, math.inf
+        self._asked_at, self._busy = self._clock.now(), False
+        self.trouble: OmxError | None = None  # what it met, until somebody asks
+        self.folding = False  # while the arm parks nobody is told of trouble: the motors are about to go off
+        self.hot = False
+
+    def asked(self) -> None:
+        """Somebody asks something of the arm."""
+        self._asked_at = self._clock.now()
+
+    def ask(self) -> None:
+        """Raise what it met, once."""
+        if self.trouble and not self.folding:
+            trouble, self.trouble = self.trouble, None
+            raise trouble
+
+    @contextlib.contextmanager
+    def undisturbed(self):
+        """In here it does not come between."""
+        before, self._busy = self._busy, True
+        try:
+            yield
+        finally:
+            self._busy = before
 
     def begin(self) -> None:
         """Look soon, and then again and again. Called when the motors go on, and whenever something sets off."""
@@ -143,21 +169,22 @@ class Watch:
         if not (driver.torque and driver.bus.is_open):
             self._due = math.inf
             return
-        if not (driver.busy or driver.bus.asking):
+        if not (self._busy or driver.bus.asking):
             self._glance(driver)
-        self._again(PUSHED_S if driver.pushing else MOVING_S if driver.moving else HOLDING_S)
+        self._again(PUSHED_S if driver.push else MOVING_S if driver.moving else HOLDING_S)
 
     def _glance(self, driver) -> None:
         try:
             driver.glance()
         except OmxError as error:
-            if driver.trouble is None:
-                driver.trouble = error
+            if self.trouble is None:
+                self.trouble = error
                 _log.warning("%s", error)
-        if driver.forgotten:
+        patience = HOT_IDLE_S if self.hot else math.inf if self._idle_s is None else self._idle_s
+        if self._clock.now() - self._asked_at > patience and not (driver.stopped or driver.moving):
             _log.warning("%s: the arm was left to itself, so it parks.", driver.bus.name)
             try:
                 driver.park()
             except OmxError as error:
-                driver.asked_at = self._clock.now()  # not again at once
+                self.asked()  # not again at once
                 _log.warning("it could not park: %s", error)

@@ -21,13 +21,16 @@ PROFILE = reg.block("profile_acceleration", "profile_velocity")
 MODES = reg.block("drive_mode", "operating_mode")
 #: A whole motion in one packet: a servo takes all three, or none.
 MOTION = reg.block("profile_acceleration", "profile_velocity", "goal_position")
+#: The same with the current that a servo in mode 5 may use for it.
+MOTION_PUSHED = reg.block("goal_current", "goal_velocity", *(row.name for row in MOTION.registers))
+WATCHDOG = reg.block("bus_watchdog")
 #: Where a servo is, and its own set-point with its speed.
 STATE = reg.block("present_position", "velocity_trajectory", "position_trajectory")
 #: What is written at every set-up, in blocks of neighbours.
 SETTINGS = (
     reg.block("position_d_gain", "position_i_gain", "position_p_gain"),
     reg.block("feedforward_2nd_gain", "feedforward_1st_gain"),
-    reg.block("bus_watchdog"),
+    WATCHDOG,
 )
 JOINTS = JOINT_IDS
 
@@ -45,11 +48,14 @@ def again(call, *args, times: int = 2):
 class Servos:
     """What is done to one servo, or to several, of `bus`. Raw values, but for seconds.
 
-    `limits` are the position limits of each servo, `pwm` the most of its power that each joint may use, both raw.
+    `at`: the registers of each as they were found, its limits among them; `pwm`: the most of its power that each joint
+    may use. `soft`: the joints that are on, and not in position mode.
     """
 
-    def __init__(self, bus: Bus, limits: dict[int, tuple[int, int]], pwm: dict[int, int]):
-        self.bus, self.limits, self.pwm = bus, limits, pwm
+    def __init__(self, bus: Bus, at: dict[int, dict[str, int]], pwm: dict[int, int]):
+        self.bus, self.at, self.pwm = bus, at, pwm
+        on = [servo for servo in JOINTS if at[servo]["torque_enable"]]
+        self.soft = {servo for servo in on if at[servo]["operating_mode"] != reg.MODES["position"]}
 
     def get(self, servo: int, name: str) -> int:
         """A register, asked for three times if need be."""
@@ -100,6 +106,7 @@ class Servos:
         if off:
             self.put_all(MOTION, {servo: (total // 4, total, goal) for servo, goal in off.items()})
             self.put_all(reg.block("torque_enable"), dict.fromkeys(off, (1,)))
+        self.soft.clear()
 
     def _mend(self, servos) -> None:
         """What other programs may have left behind, and how hard the joints may push."""
@@ -127,18 +134,18 @@ class Servos:
         wrong does the torque go off, for some milliseconds.
         """
         was_on = self.get(servo, "torque_enable")
-        push = self.get(servo, "present_current") if was_on else 0
         try:
             self._choose_modes(servo, mode)
             self._mend([servo])
             self.slow(servo)
             if not self.get(servo, "torque_enable"):
-                self._goal_here(servo, mode, push)
+                self._goal_here(servo)
             if on:
                 self.put(servo, "torque_enable", 1)
+            (self.soft.discard if mode == "position" else self.soft.add)(servo)
         except BaseException:
             if was_on:
-                self.catch(servo)
+                self._catch(servo)
             raise
 
     def _choose_modes(self, servo: int, mode: str) -> None:
@@ -152,40 +159,38 @@ class Servos:
             if (found := self.get(servo, name)) != value:
                 raise ServoRefused(self.bus.name, f"take {name} = {value}", servo, 0, f"it reads back {found}")
 
-    def _goal_here(self, servo: int, mode: str, push: int) -> None:
-        """The goal that keeps a servo where it is; after a change of mode the goal current is the *greatest*."""
-        if mode == "current":
-            self.put(servo, "goal_current", push)
-        else:
-            self.put(servo, "goal_position", self.within_limits(servo, self.get(servo, "present_position")))
+    def _goal_here(self, servo: int) -> None:
+        self.put(servo, "goal_position", self.within_limits(servo, self.get(servo, "present_position")))
+
+    def stiffen(self) -> None:
+        """The joints that are not in position mode back into it; what fails is raised when all have been tried."""
+        failed = []
+        for servo in sorted(self.soft):
+            try:
+                self.set_up(servo, "position", on=True)
+            except BusError as error:
+                failed.append(error)
+        if failed:
+            raise failed[0]
 
     def within_limits(self, servo: int, position: int) -> int:
         """`position`, or the nearest that the servo takes as a goal."""
-        low, high = self.limits[servo]
-        return min(max(position, low), high)
+        return min(max(position, self.at[servo]["min_position_limit"]), self.at[servo]["max_position_limit"])
 
     def slow(self, servo: int, seconds: float = HOLD_S) -> None:
         """A profile of `seconds`, read back: 0, its value after a restart, is full speed."""
         total = units.MILLISECONDS.raw(seconds)
         self.put_all(PROFILE, {servo: (total // 4, total)})
 
-    def catch(self, servo: int) -> bool:
-        """Switch a servo on again where it is, whatever its mode. True if it then has torque."""
+    def _catch(self, servo: int) -> None:
+        """Switch a servo on again where it is."""
         with contextlib.suppress(BusError):
             if not self.get(servo, "torque_enable"):
-                mode = "current" if self.get(servo, "operating_mode") == reg.MODES["current"] else "position"
-                if mode == "position":
-                    self.slow(servo)
-                self._goal_here(servo, mode, 0)
+                self.slow(servo)
+                self._goal_here(servo)
                 self.put(servo, "torque_enable", 1)
-            return True
-        return False
 
     # ---- moving and standing ----
-
-    def state(self) -> dict[int, tuple[int, int, int]]:
-        """Of each joint: where it is, and its own set-point's speed and place (raw)."""
-        return again(self.bus.read_block, JOINTS, STATE)
 
     def send(self, goals: dict[int, int], seconds: float, ramp: float, confirmed: bool = True) -> None:
         """Goal positions, to be reached in `seconds` of which the share `ramp` speeds up, all in one packet.
@@ -196,17 +201,19 @@ class Servos:
         motions = {servo: (int(ramp * total), total, goal) for servo, goal in goals.items()}
         self.put_all(MOTION, motions) if confirmed else self.bus.write_block(MOTION, motions)
 
-    def stand(self) -> None:
-        """All joints stop where they are, in three transactions. A set-point that is near stays: no sag is added."""
-        goals = {servo: self._where_to_stand(servo, *state) for servo, state in self.state().items()}
-        self.send(goals, HOLD_S, ramp=0.0)
+    def stand(self, servos=JOINTS) -> None:
+        """They stop where they are, in three transactions. A set-point that is near stays: no sag is added."""
+        if pushing := self.soft.intersection(servos):
+            self.put_all(WATCHDOG, dict.fromkeys(pushing, (0,)))
+        state = again(self.bus.read_block, list(servos), STATE)
+        self.put_all(MOTION_PUSHED, {servo: self.standing(servo, *state[servo]) for servo in servos})
 
-    def stand_alone(self, servo: int) -> None:
-        """The same for one servo, each step confirmed."""
-        state = again(self.bus.read_block, [servo], STATE, times=3)[servo]
-        self.put(servo, "profile_acceleration", 0)
-        self.put(servo, "profile_velocity", units.MILLISECONDS.raw(HOLD_S))
-        self.put(servo, "goal_position", self._where_to_stand(servo, *state))
+    def standing(self, servo: int, present: int, _=0, aim: int | None = None) -> tuple[int, ...]:
+        """What to write into `MOTION_PUSHED` for it: all its current, and to stand at `aim`, or where it is.
 
-    def _where_to_stand(self, servo: int, present: int, _, aim: int) -> int:
-        return self.within_limits(servo, aim if abs(aim - present) <= HOLD_SLACK else present)
+        A soft joint at once: its set-point is far away, and would come back slowly.
+        """
+        near = aim is not None and abs(aim - present) <= HOLD_SLACK
+        goal = self.within_limits(servo, aim if near else present)
+        seconds = 0.0 if servo in self.soft else HOLD_S
+        return self.at[servo]["current_limit"], 0, 0, units.MILLISECONDS.raw(seconds), goal

@@ -1,10 +1,10 @@
 """The control loops of a servo: what its mode, its goals and its gains ask of the motor."""
 
-from ...arm import TORQUE_PER_MA
+from ...arm import STIFFNESS, TORQUE_PER_MA
 from ..dynamixel import units
 from ..dynamixel.registers import MODES
 from .control_table import Table
-from .joint import STIFFNESS, Drive
+from .joint import Drive
 
 POSITION_MODES = (MODES["position"], MODES["extended"], MODES["current_position"])
 FULL_PWM = 885

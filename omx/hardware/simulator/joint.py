@@ -14,9 +14,6 @@ from ...arm import NO_LOAD_SPEED, STALL_TORQUE, TORQUE_PER_MA
 DAMPING = STALL_TORQUE / NO_LOAD_SPEED
 #: Torque lost per speed when the motor is not powered and the load turns the gearbox: the arm falls slowly.
 COASTING = 0.3
-#: Torque per angle of the position controller at its factory gain; the arm then sags by the tenths of a degree
-#: that readings of the real one show.
-STIFFNESS = 50.0
 FRICTION = 0.1
 #: A joint at rest holds a little more than a moving one.
 STICTION = 1.02
@@ -26,7 +23,7 @@ class Drive(NamedTuple):
     """What the controller asks of the motor: torque + stiffness (target - angle), at most `limit`; or a `speed`.
 
     `full`, where it is not `limit`: the torque that the voltage allows. A current that is limited pushes weakly, but
-    what it can move it moves as fast as the voltage turns the motor.
+    what is `light` it moves as fast as the voltage turns the motor.
     """
 
     limit: float = 0.0
@@ -45,13 +42,13 @@ class Joint:
     """The state of one joint: `angle`, `speed`, and `effort`, the torque of the motor on what it carries.
 
     `play` (rad, from end to end) is between what the encoder sees and the link. The link leans to the side that its
-    load pushes it to, and without a load it lags behind the motion.
+    load pushes it to, and without a load it lags behind the motion. `light`: it has nothing to carry, like fingers.
     """
 
     def __init__(
-        self, angle: float, low: float = -inf, high: float = inf, friction: float = FRICTION, play: float = 0.0
+        self, angle: float, low=-inf, high=inf, friction: float = FRICTION, play: float = 0.0, light: bool = False
     ):
-        self.angle, self.low, self.high, self.friction, self.play = angle, low, high, friction, play
+        self.angle, self.low, self.high, self.friction, self.play, self.light = angle, low, high, friction, play, light
         self.speed = 0.0
         self.effort = 0.0
         self._lean = 0.0
@@ -88,7 +85,7 @@ class Joint:
         if abs(torque + load) <= STICTION * self.friction:
             return
         friction = copysign(self.friction, torque + load)
-        wins = drive.full and torque * (torque + load) > 0
+        wins = self.light and drive.full and torque * (torque + load) > 0
         free = ((copysign(drive.full, torque) if wins else torque) + load - friction) / drive.damping
         speed = _within(free, self._aimed(drive, wanted + load - friction, dt))
         self.speed = self._up_to_stop(speed, dt)

@@ -51,16 +51,11 @@ class VirtualArm:
     ):
         angles = _angles(q)
         self.payload_g = gravity.payload(payload_g)
-        play, ripple, noise = (
-            radians(_most(value, 5.0, name))
-            for name, value in (
-                ("backlash_deg", backlash_deg),
-                ("encoder_ripple_deg", encoder_ripple_deg),
-                ("encoder_noise_deg", encoder_noise_deg),
-            )
-        )
+        play, ripple = _few(backlash_deg, "backlash_deg"), _few(encoder_ripple_deg, "encoder_ripple_deg")
+        noise = _few(encoder_noise_deg, "encoder_noise_deg")
         self.joints = [Joint(angle, *stop, play=play) for angle, stop in zip(angles, STOPS, strict=True)]
-        self.joints.append(Joint(float(gripper), *sorted(finger / FINGER_PER_RAD for finger in FINGERS)))
+        stops = sorted(finger / FINGER_PER_RAD for finger in FINGERS)
+        self.joints.append(Joint(float(gripper), *stops, light=True))
         self.servos = [Servo(joint, servo) for joint, servo in zip(self.joints, ARM_IDS, strict=True)]
         for i, servo in enumerate(self.servos):
             servo.encoder = Encoder(ripple, i * pi / 3, noise)  # each magnet sits a little differently
@@ -270,7 +265,8 @@ def _angles(q) -> list[float]:
     return angles
 
 
-def _most(value, most: float, name: str) -> float:
-    if not (isinstance(value, (int, float)) and isfinite(value) and 0 <= value <= most):
-        raise BadInput(f"`{name}` must be 0 .. {most:g}; got {value!r}.")
-    return float(value)
+def _few(value, name: str) -> float:
+    """`value` degrees, at most 5, in rad."""
+    if not (isinstance(value, (int, float)) and isfinite(value) and 0 <= value <= 5):
+        raise BadInput(f"`{name}` must be 0 .. 5; got {value!r}.")
+    return radians(value)

@@ -11,6 +11,7 @@ from omx.hardware import gravity
 from omx.hardware.robot import Robot
 from omx.hardware.safety import STALL_MA
 from omx.hardware.simulator import SteppedClock, VirtualArm, VirtualPort
+from omx.motion.trajectory import joint_move
 
 
 @pytest.fixture
@@ -115,6 +116,14 @@ def test_an_arm_that_stands_where_its_new_load_is_too_heavy_may_come_back():
         with pytest.raises(TooHeavy):
             robot.move_to([0, 15, -20, 10])
         robot.move_to([0, -60, 20, 40])
+
+
+def test_a_trajectory_that_gets_too_heavy_is_refused_before_its_first_step():
+    with loaded(500, 500) as robot:
+        before = robot.q
+        with pytest.raises(TooHeavy):
+            robot.follow(joint_move(before, omx.ZERO, 6.0))
+        assert robot.q == pytest.approx(before, abs=0.005)
 
 
 def test_something_in_the_way_is_noticed_at_any_load():

@@ -18,6 +18,7 @@ import omx
 from omx.arm import HOLDING_TORQUE, JOINT_IDS, REST, STALL_TORQUE
 from omx.errors import (
     BadInput,
+    Collision,
     JointLimit,
     NotArrived,
     NotReady,
@@ -27,6 +28,7 @@ from omx.errors import (
     Stalled,
     Stopped,
     TooFast,
+    TooHeavy,
 )
 from omx.hardware.dynamixel.bus import Bus
 from omx.hardware.fault_table import CONDITIONS
@@ -121,6 +123,26 @@ def test_there_is_a_way_to_the_rest_pose_from_every_legal_pose(q):
     guard = Guard()
     if guard.clearance(q)[0] > 0:
         assert way_to_rest(guard, q)[-1][1:] == REST[1:]
+
+
+# ---- the arm's own weight ----
+
+
+@pytest.mark.parametrize("grams", [0, 150])
+@settings(QUICK, max_examples=15)
+@given(st.floats(0.3, 1.1), st.floats(-0.9, 0.3), st.floats(-0.3, 0.8))
+def test_where_the_arm_may_go_it_does_not_sag_into_the_table(grams, q2, q3, q4):
+    """As near to the table as the guard allows, and then some time there."""
+    robot = on(VirtualArm(payload_g=grams), payload_g=grams)
+    witness, goal = Witness(robot.arm), (0.0, q2, q3, q4)
+    try:
+        robot.move_to(np.degrees(goal))
+    except (Collision, TooHeavy) as error:
+        if isinstance(error, Collision):
+            robot.move_to(np.degrees(error.nearest))
+    robot.write_motor_state(True)
+    robot.clock.sleep(1.0)
+    assert witness.lowest() > -1.0
 
 
 # ---- a goal sent in mid-motion ----
@@ -223,12 +245,30 @@ def test_a_push_that_is_not_repeated_ends_in_position_hold(robot):
     robot.write_mode("current")
     robot.write_currents([0, -300, 0, 0])
     robot.clock.sleep(3.0)  # nobody reads
-    assert set(robot.bus.read_all(JOINT_IDS, "operating_mode").values()) == {3}
     there = np.array(robot.arm.q)
     assert math.degrees(abs(there[1])) < 25
     robot.clock.sleep(3.0)
     np.testing.assert_allclose(robot.arm.q, there, atol=math.radians(0.2))
     robot.write_currents([0, -300, 0, 0])  # the mode is what it was
+    robot.hold()
+    assert set(robot.bus.read_all(JOINT_IDS, "operating_mode").values()) == {3}
+
+
+@pytest.mark.parametrize("grams", [0, 200])
+def test_a_program_that_dies_while_the_arm_is_balanced_leaves_it_standing(grams):
+    arm = VirtualArm((0.0, -0.35, 0.17, 0.35), payload_g=grams)
+    robot = on(arm, payload_g=grams)
+    robot.write_mode("current")
+    for _ in range(5):
+        robot.driver.balance()
+        robot.clock.sleep(0.1)
+    there = np.array(arm.q)
+    robot.bus.close()
+    arm.advance(arm.now + 30.0)
+    np.testing.assert_allclose(arm.q, there, atol=math.radians(1.5))
+    again = Robot(VirtualPort(arm, clock=SteppedClock()))
+    assert set(again.bus.read_all(JOINT_IDS, "operating_mode").values()) == {3}
+    np.testing.assert_allclose(arm.q, there, atol=math.radians(2))
 
 
 @QUICK

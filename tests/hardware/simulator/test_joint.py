@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omx.arm import STALL_CURRENT
+from omx.arm import STALL_CURRENT, STIFFNESS
 from omx.hardware.simulator import joint as jt
 from omx.hardware.simulator.joint import Drive, Joint
 
@@ -26,16 +26,16 @@ def run(joint, drive, load, seconds):
 @given(st.floats(-1, 1), loads)
 def test_it_comes_to_rest_within_sag_and_friction_of_its_target(target, load):
     joint = Joint(0.0)
-    run(joint, Drive(jt.STALL_TORQUE, stiffness=jt.STIFFNESS, target=target), load, 2.0)
+    run(joint, Drive(jt.STALL_TORQUE, stiffness=STIFFNESS, target=target), load, 2.0)
     assert joint.speed == 0.0
-    assert abs(joint.angle - (target + load / jt.STIFFNESS)) <= HOLDS / jt.STIFFNESS + 1e-9
+    assert abs(joint.angle - (target + load / STIFFNESS)) <= HOLDS / STIFFNESS + 1e-9
 
 
 @settings(deadline=None)
 @given(loads)
 def test_at_rest_the_motor_holds_the_load_but_for_friction(load):
     joint = Joint(0.0)
-    run(joint, Drive(jt.STALL_TORQUE, stiffness=jt.STIFFNESS, target=0.3), load, 2.0)
+    run(joint, Drive(jt.STALL_TORQUE, stiffness=STIFFNESS, target=0.3), load, 2.0)
     assert abs(joint.effort + load) <= HOLDS + 1e-9
 
 
@@ -63,11 +63,11 @@ def test_no_stiffness_makes_it_overshoot(stiffness, target):
 @given(st.floats(-2, 2), st.floats(0.01, 0.5))
 def test_a_stop_stops_it_and_the_motor_pushes(target, stop):
     joint = Joint(0.0, -stop, stop)
-    drive = Drive(jt.STALL_TORQUE, stiffness=jt.STIFFNESS, target=target)
+    drive = Drive(jt.STALL_TORQUE, stiffness=STIFFNESS, target=target)
     run(joint, drive, 0.0, 2.0)
     assert -stop - 1e-9 <= joint.angle <= stop + 1e-9
     if abs(target) > stop + 0.01:
-        pushing = min(jt.STIFFNESS * (abs(target) - stop), jt.STALL_TORQUE)
+        pushing = min(STIFFNESS * (abs(target) - stop), jt.STALL_TORQUE)
         assert abs(joint.effort) == pytest.approx(pushing, rel=1e-6)
 
 
@@ -91,5 +91,5 @@ def test_without_torque_it_falls_and_friction_alone_holds_a_little():
 
 def test_a_load_beyond_the_limit_pushes_the_motor_back():
     joint = Joint(0.0)
-    joint.settle(Drive(limit=0.2, stiffness=jt.STIFFNESS, target=0.5), -1.0, DT)
+    joint.settle(Drive(limit=0.2, stiffness=STIFFNESS, target=0.5), -1.0, DT)
     assert joint.speed < 0
