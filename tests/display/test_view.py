@@ -55,12 +55,17 @@ def test_nodes_follow_the_geometry(geometry):
         np.testing.assert_allclose(placed(view.channel, f"/meshcat/arm/{i}"), T, atol=1e-9)
 
 
+TURNED = np.array([[0.0, -1, 0, -12], [1, 0, 0, 5], [0, 0, 1, 40], [0, 0, 0, 1]])
+FIXED = omx.Chain(PRISMATIC.rows, PRISMATIC.limits, base=TURNED, tool=np.linalg.inv(TURNED))
+
+
+@pytest.mark.parametrize("chain", [PRISMATIC, FIXED], ids=["rows", "base and tool"])
 @given(st.lists(st.floats(-3, 3), min_size=3, max_size=3))
 @settings(max_examples=50, deadline=None)
-def test_fast_frames_equal_the_chain(q):
+def test_fast_frames_equal_the_chain(chain, q):
     """Prismatic joints and any twist: the scalar frames are the DH product."""
     q[2] *= 30
-    for fast, T in zip(Linkage(PRISMATIC).frames(q), PRISMATIC.frames(q), strict=True):
+    for fast, T in zip(Linkage(chain).frames(q), chain.frames(q), strict=True):
         ours = np.array(fast).reshape(4, 4).T
         ours[:3, 3] *= 1e3
         np.testing.assert_allclose(ours, T, atol=1e-9)
@@ -317,6 +322,9 @@ def test_prismatic_joints_are_boxes_and_revolute_ones_cylinders():
     skeleton._joint(box, True, 5.0)
     skeleton._joint(cylinder, False, 5.0)
     assert len(box.arrays()[0]) < len(cylinder.arrays()[0]) / 3
+    assert skeleton.reach(FIXED) == pytest.approx(skeleton.reach(PRISMATIC) + 2 * math.hypot(12, 5, 40))
+    drawn = skeleton.drawings(FIXED, 5.0)
+    assert set(drawn) == {0, 1, 2, 3}
     rod = skeleton.Solid()
     skeleton._link(rod, omx.DHRow(0, 20, 0, 0, prismatic=True), 80.0, 5.0)
     assert rod.bounds()[0][2] == pytest.approx(-100, abs=5)
