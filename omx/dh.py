@@ -70,7 +70,7 @@ class Chain:
 
     @classmethod
     def from_craig(cls, rows, limits=None, names=None, name: str = "chain", base=None, tool=None) -> "Chain":
-        """The chain of a table after Craig (modified, or proximal, convention), `Rx(alpha) Tx(a) Rz(theta) Tz(d)` a row.
+        """The chain of a table after Craig (modified, or proximal, convention): `Rx(alpha) Tx(a) Rz(theta) Tz(d)`.
 
         Each row still is (theta, d, a, alpha[, prismatic]), whatever the order of its columns in print; its a and
         alpha are of the link *before* the joint. Here they move up by one row; those of the first row go into `base`.
@@ -218,8 +218,8 @@ def _suspect_craig(chain: Chain) -> None:
         one, other = chain.names[alike[0]], chain.names[alike[0] + 1]
         warnings.warn(
             f"{chain.name}: {one} and {other} turn about one line, as these rows stand (standard convention, a and "
-            "alpha of the link behind the joint). After Craig (modified convention) no two joints do: if the table is of "
-            "that kind, read it with Chain.from_craig(rows).",
+            "alpha of the link behind the joint). After Craig (modified convention) no two joints do: if the table is "
+            "of that kind, read it with Chain.from_craig(rows).",
             stacklevel=3,
         )
 
