@@ -175,7 +175,7 @@ class Chain:
             sp.Matrix(_link(exact(row), _variable(variable), sp.cos, sp.sin))
             for row, variable in zip(self.rows, np.ravel(q).tolist(), strict=True)
         ]
-        return [*links[:-1], links[-1] * symbolic(self.tool)]
+        return [*links[:-1], links[-1] * exact_transform(self.tool)]
 
 
 def as_table(rows) -> tuple[DHRow, ...]:
@@ -195,7 +195,7 @@ def as_transform(value, name: str):
         return None
     wanted = f"`{name}` must be a transform (4, 4), mm, with a rotation and the last row 0, 0, 0, 1"
     if getattr(value, "free_symbols", None) and getattr(value, "shape", None) == (4, 4):
-        if list(value[3, :]) != [0, 0, 0, 1]:
+        if any(value[3, j] - int(j == 3) for j in range(4)):
             raise BadInput(f"{wanted}; its last row is {list(value[3, :])}.")
         return value
     T = as_rows(value, name, 4, "a transform (4, 4), mm")
@@ -397,16 +397,17 @@ def link_rows(theta, d, a, alpha, cos, sin) -> tuple[tuple, ...]:
     )
 
 
-def symbolic(T):
-    """A transform for SymPy, whole numbers in it exact; the identity for None."""
+def exact_transform(T):
+    """A rigid transform (4, 4) for SymPy, whole numbers in it exact; the identity for None."""
     import sympy as sp
 
+    T = as_transform(T, "T")
     return sp.eye(4) if T is None else sp.Matrix(4, 4, lambda i, j: _length(T[i, j]))
 
 
 def _products(links: list, base) -> list:
     """The running products of SymPy link matrices, the base first."""
-    frames = [symbolic(base)]
+    frames = [exact_transform(base)]
     for link in links:
         frames.append(frames[-1] * link)
     return frames

@@ -7,7 +7,7 @@ from types import ModuleType
 import sympy as sp
 
 from ..arrays import shown
-from ..dh import Chain, symbolic
+from ..dh import Chain, exact_transform
 from ..errors import BadInput
 from .function import Function
 from .store import write
@@ -21,10 +21,10 @@ def chain_functions(chain: Chain) -> list[Function]:
     joints = [sp.Symbol(name, real=True) for name in chain.names]
     steps: list[tuple[sp.Symbol, sp.Expr]] = []
     frames: list[sp.Matrix] = []
-    current = symbolic(chain.base)
+    current = exact_transform(chain.base)
     for i, (row, joint) in enumerate(zip(chain.rows, joints, strict=True), start=1):
         link = dh_matrix(*exact(row).at(joint))
-        current = _named(current * (link if i < len(chain) else link * symbolic(chain.tool)), i, steps)
+        current = _named(current * (link if i < len(chain) else link * exact_transform(chain.tool)), i, steps)
         frames.append(current)
     outputs = {f"T_0_{i}": frame for i, frame in enumerate(frames, start=1)}
     last, tool = list(outputs.items())[-1]
@@ -56,7 +56,10 @@ def write_chain(
         raise BadInput(f"`parameters` must give each symbol its value; got {shown(parameters)}.")
     parameters = dict(parameters or {})
     rows = [exact(row) for row in chain.rows]
-    entries = [entry for row in rows for entry in row.at(0)] + [symbolic(chain.base), symbolic(chain.tool)]
+    entries = [entry for row in rows for entry in row.at(0)] + [
+        exact_transform(chain.base),
+        exact_transform(chain.tool),
+    ]
     symbols = set().union(*(entry.free_symbols for entry in entries))
     missing = sorted(map(str, symbols - set(parameters)))
     if missing:

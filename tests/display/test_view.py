@@ -227,11 +227,13 @@ def test_the_section_turns_with_joint_1(view):
 def test_marks_come_and_go_by_name(view):
     view.arrow("d", (0, 0, 0), (0, 0, 77), label="d_1")
     view.arc("t", (0, 0, 0), (40, 0, 0), (0, 40, 0), label="\u03b8_1")
+    view.axis("turn", (0, 0, 77), (0, 1, 0), label="S_2")
+    view.axis("slide", (0, 0, 77), (0, 0, 2), length=50, slides=True)
     view.plane("p", omx.fk(omx.ZERO))
     view.triad("f", omx.fk(omx.ZERO), index=4)
     view.label("w", "tool", (100, 0, 0))
     view.path([(0, 0, 0), (10, 0, 0), (10, 10, 0)], name="way")
-    names = {"d", "t", "p", "f", "w", "way"}
+    names = {"d", "t", "turn", "slide", "p", "f", "w", "way"}
     assert objects(view.channel, "/meshcat/notes") == {f"/meshcat/notes/{name}" for name in names}
     view.remove("d")
     view.remove("never there")
@@ -246,6 +248,7 @@ def test_marks_come_and_go_by_name(view):
         lambda v: v.path([(0, 0, 0)]),
         lambda v: v.path([(0, 0), (1, 1)]),
         lambda v: v.arrow("a", (0, 0), (1, 0, 0)),
+        lambda v: v.axis("a", (0, 0, 0), (0, 0, 0)),
         lambda v: v.plane("p", np.eye(3)),
         lambda v: v.label("a/b", "word", (0, 0, 0)),
         lambda v: v.label("nan", "word", (0, 0, math.nan)),
