@@ -98,7 +98,7 @@ SOUND_FOR = {
     "part": {"start": 0.1}, "at": {"seconds": 0.1}, "centres": {"step": 5.0}, "clipped": {"q": omx.HOME},
     "evaluated": {"expression": t + 1, "at": [{t: 1.0}]}, "real_points": {"expressions": [t + 1]},
     "Section.contains": {}, "exact_angle": {"value": 1.5}, "as_geometry": {"value": omx.COURSE}, "wrap": {"angle": t},
-    "as_arm": {"value": CHAIN}, "as_transform": {"value": np.eye(4)},
+    "as_arm": {"value": CHAIN}, "exp_twist": {"q": 0.5}, "as_transform": {"value": np.eye(4)},
     "trapezoid": {"ramp": 0.2}, "uniform": {"rows": 3}, "stratified": {"rows": 3},
     "joint_path": {"seconds": [0.3]}, "show": {"name": "A_1"}, "gather": {"expression": sp.sin(t) * sp.cos(u)},
 }  # fmt: skip
