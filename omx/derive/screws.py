@@ -106,12 +106,12 @@ def _pairs(twists, q) -> tuple[list, list]:
 
 def _transform(value, name: str) -> sp.Matrix:
     try:
-        T = sp.Matrix(value)
-    except (TypeError, ValueError):
-        T = sp.zeros(0, 0)
-    if T.shape != (4, 4) or any(T[3, j] - int(j == 3) for j in range(4)):
+        rows = [[as_expression(entry) for entry in row] for row in getattr(value, "tolist", lambda: value)()]
+    except TypeError:
+        rows = []
+    if [len(row) for row in rows] != [4] * 4 or any(rows[3][j] - int(j == 3) for j in range(4)):
         raise BadInput(f"`{name}` must be a transform, 4x4 with the last row 0, 0, 0, 1; got {shown(value)}.")
-    return T
+    return sp.Matrix(rows)
 
 
 def _inverse(T: sp.Matrix) -> sp.Matrix:

@@ -98,7 +98,7 @@ def test_the_adjoint_tells_a_twist_in_another_frame():
         (lambda: adjoint(np.eye(3)), "`T` must be a transform"),
         (lambda: space_jacobian([(0, 0, 0, 0, 0, 1)], [1, 2]), "as many, one or more; got 1 and 2"),
         (lambda: product_of_exponentials([], np.eye(4), []), "as many, one or more; got 0 and 0"),
-        (lambda: body_jacobian([(0, 0, 0, 0, 0, 1)], "zero", [1]), "`zero` must be a transform"),
+        (lambda: body_jacobian([(0, 0, 0, 0, 0, 1)], [[1, 0, 0]] * 4, [1]), "`zero` must be a transform"),
         (lambda: space_jacobian(5, [1]), "must be lists"),
     ],
 )
