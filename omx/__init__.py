@@ -1,7 +1,7 @@
 """Kinematics of the OpenMANIPULATOR-X, as the book's notebooks derive it. Lengths in mm, angles in rad.
 
 The small module: `errors`, `arm`, `geometry`, `dh`, `rotation`, `kinematics`, `arrays`, and `generated`, which the
-notebooks write. Around it stand the rooms `derive`, `motion`, `analysis`, `hardware`, `display` and `check`.
+notebooks write. Around it stand the rooms `derive`, `motion`, `analysis`, `exchange`, `hardware`, `display`, `check`.
 """
 
 from importlib import import_module as _import_module
@@ -48,7 +48,10 @@ from .kinematics import IKSolution, Pose, fk, frames, ik, ik_batch, jacobian, po
 
 #: What needs more than NumPy, or is needed less often: name -> where it lives. Imported when first asked for.
 _LATER = {
-    **{room: f"omx.{room}" for room in ("analysis", "check", "derive", "display", "hardware", "motion", "rotation")},
+    **{
+        room: f"omx.{room}"
+        for room in ("analysis", "check", "derive", "display", "exchange", "hardware", "motion", "rotation")
+    },
     **dict.fromkeys(("clock", "doctor", "dynamixel", "log", "robot", "safety", "simulator"), "omx.hardware"),
     **dict.fromkeys(("Robot", "find_ports"), "omx.hardware.robot"),
     **dict.fromkeys(("Camera", "RowView", "View"), "omx.display.viewer"),
@@ -56,6 +59,7 @@ _LATER = {
     **dict.fromkeys(("panels", "plots", "viewer"), "omx.display"),
     **dict.fromkeys(("accuracy", "compiled", "same_robot", "workspace"), "omx.analysis"),
     **dict.fromkeys(("differential_ik", "trajectory"), "omx.motion"),
+    "urdf": "omx.exchange",
 }
 
 __all__ = [

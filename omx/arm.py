@@ -60,6 +60,8 @@ OPEN_DEG, CLOSED_DEG = -45.0, 45.0
 
 GRAVITY = 9.81  # m/s^2
 
+#: The turret that joint 1 turns, with servo 2 in it: mass (kg) and centre (mm), forward and up from the base frame.
+TURRET = (0.0984, (0.0, 68.0))
 #: Links that joints 2, 3, 4 carry: mass (kg), the maker's, and centre of mass (mm), forward and up from the link's own
 #: joint when all joints are at zero; read off the links' bounding boxes (the servo at the far end outweighs the rest).
 UPPER_ARM = (0.1385, (13.0, 106.0))

@@ -1,10 +1,11 @@
 """Denavit-Hartenberg rows, and the frames of any chain made of them (standard, or distal, convention)."""
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import repeat
-from math import inf, isfinite
+from math import inf, isfinite, sin
 from numbers import Real
 from typing import Any
 
@@ -22,9 +23,9 @@ class DHRow:
     """One joint: `A = Rz(theta) Tz(d) Tx(a) Rx(alpha)`, lengths in mm, angles in rad.
 
     The joint's variable is *added* to `theta` (revolute) or to `d` (prismatic), so `theta` or `d` holds the
-    constant offset. Entries may be numbers or SymPy expressions. A fixed frame in front of the first joint or behind
-    the last is a joint with the limits (0, 0). In a table after Craig (proximal, or modified, convention) a row holds
-    a and alpha of the link before: move both up by one row first.
+    constant offset. Entries may be numbers or SymPy expressions. A frame that is fixed in front of the first joint or
+    behind the last is no row: `Chain` has `base` and `tool` for it. In a table after Craig (proximal, or modified,
+    convention) a row holds a and alpha of the link before: `Chain.from_craig` reads it.
     """
 
     theta: Any
@@ -44,24 +45,43 @@ class Chain:
     """A serial chain of DH rows; frame 0 is the base, frame n moves with joint n and is the tool.
 
     Numbers go in and arrays come out; SymPy comes out where a row holds a symbol or `q` anything of SymPy's. Raises
-    `BadInput`.
+    `BadInput`. Warns where two joints turn about one line, as they do when Craig's rows are taken for standard ones.
 
     Args:
         rows: one `DHRow` a joint, or (theta, d, a, alpha[, prismatic]).
         limits: one (low, high) a joint in rad (mm where prismatic), infinite where there is none; or None.
         names: one name a joint; q1, q2, ... (d3 where joint 3 is prismatic) if left out.
         name: of the arm, for messages.
+        base: where frame 0 stands, seen from the frame in which all results are told, (4, 4), mm.
+        tool: the tool seen from the frame at which the last row ends, (4, 4), mm; frame n then is the tool's.
     """
 
-    def __init__(self, rows: Sequence[DHRow], limits=None, names=None, name: str = "chain"):
+    def __init__(self, rows: Sequence[DHRow], limits=None, names=None, name: str = "chain", base=None, tool=None):
         self.rows = as_table(rows)
         default = (f"{'d' if row.prismatic else 'q'}{i}" for i, row in enumerate(self.rows, start=1))
         self.names = tuple(default) if names is None else _as_names(names, len(self.rows))
         prismatic = [row.prismatic for row in self.rows]
         self.limits = None if limits is None else as_limits(limits, len(self.rows), prismatic)
         self.name = str(name)
+        self.base, self.tool = as_transform(base, "base"), as_transform(tool, "tool")
         for i, row in enumerate(self.rows, start=1):
             _refuse_variables(row, i, self.names)
+        _suspect_craig(self)
+
+    @classmethod
+    def from_craig(cls, rows, limits=None, names=None, name: str = "chain", base=None, tool=None) -> "Chain":
+        """The chain of a table after Craig (modified, or proximal, convention): `Rx(alpha) Tx(a) Rz(theta) Tz(d)`.
+
+        Each row still is (theta, d, a, alpha[, prismatic]), whatever the order of its columns in print; its a and
+        alpha are of the link *before* the joint. Here they move up by one row; those of the first row go into `base`.
+        """
+        rows = as_table(rows)
+        following = [(row.a, row.alpha) for row in rows[1:]] + [(0, 0)]
+        shifted = [DHRow(r.theta, r.d, a, alpha, r.prismatic) for r, (a, alpha) in zip(rows, following, strict=True)]
+        first = cls([DHRow(0, 0, rows[0].a, rows[0].alpha)], base=base).fk([0])
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of the suspicion that this is a table after Craig
+            return cls(shifted, limits, names, name, None if np.array_equal(first, np.eye(4)) else first, tool)
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -70,22 +90,30 @@ class Chain:
         return f"Chain({self.name!r}, joints {', '.join(self.names)})"
 
     def matrices(self, q):
-        """The link matrices A_1 .. A_n: (..., n, 4, 4), mm; a list of SymPy matrices for symbolic input."""
+        """The link matrices A_1 .. A_n: (..., n, 4, 4), mm; a list of SymPy matrices for symbolic input.
+
+        The last one carries the `tool`; `base` is in none of them.
+        """
         if self._is_symbolic(q):
             return self._symbolic_matrices(q)
         q = self._as_values(q)
         out = np.empty((*q.shape, 4, 4))
         for i, row in enumerate(self._numeric_rows):
             fill(out[..., i, :, :], _link(row, q[..., i], np.cos, np.sin))
+        if self.tool is not None:
+            out[..., -1, :, :] = out[..., -1, :, :] @ self.tool
         return out
 
     def frames(self, q):
-        """T_0_0 .. T_0_n: (..., n + 1, 4, 4), mm; a list of SymPy matrices for symbolic input."""
+        """T_0_0 .. T_0_n: (..., n + 1, 4, 4), mm; a list of SymPy matrices for symbolic input.
+
+        With a `base` they are seen from where that is told: the first one is `base`, not the identity.
+        """
         links = self.matrices(q)
         if isinstance(links, list):
-            return _products(links)
+            return _products(links, self.base)
         out = np.empty((*links.shape[:-3], len(self.rows) + 1, 4, 4))
-        out[..., 0, :, :] = np.eye(4)
+        out[..., 0, :, :] = np.eye(4) if self.base is None else self.base
         for i in range(len(self.rows)):
             np.matmul(out[..., i, :, :], links[..., i, :, :], out=out[..., i + 1, :, :])
         return out
@@ -129,7 +157,7 @@ class Chain:
 
     def _is_symbolic(self, q) -> bool:
         entries = [entry for row in self.rows for entry in row.at(0)]
-        if any(getattr(entry, "free_symbols", None) for entry in entries):
+        if any(getattr(entry, "free_symbols", None) for entry in (*entries, self.base, self.tool)):
             return True
         if isinstance(q, np.ndarray) and q.dtype.kind != "O":
             return False
@@ -143,10 +171,11 @@ class Chain:
 
         if np.shape(q) not in ((len(self),), (len(self), 1), (1, len(self))):
             raise BadInput(f"`q` must be {len(self)} symbols or numbers, one a joint; got shape {np.shape(q)}.")
-        return [
+        links = [
             sp.Matrix(_link(exact(row), _variable(variable), sp.cos, sp.sin))
             for row, variable in zip(self.rows, np.ravel(q).tolist(), strict=True)
         ]
+        return [*links[:-1], links[-1] * exact_transform(self.tool)]
 
 
 def as_table(rows) -> tuple[DHRow, ...]:
@@ -158,6 +187,47 @@ def as_table(rows) -> tuple[DHRow, ...]:
     if not found:
         raise BadInput("`rows` must hold at least one DHRow; got none.")
     return found
+
+
+def as_transform(value, name: str):
+    """A rigid transform (4, 4), mm, as an array, or as a SymPy matrix where it holds symbols; None stays None."""
+    if value is None:
+        return None
+    wanted = f"`{name}` must be a transform (4, 4), mm, with a rotation and the last row 0, 0, 0, 1"
+    if getattr(value, "free_symbols", None) and getattr(value, "shape", None) == (4, 4):
+        if any(value[3, j] - int(j == 3) for j in range(4)):
+            raise BadInput(f"{wanted}; its last row is {list(value[3, :])}.")
+        return value
+    T = as_rows(value, name, 4, "a transform (4, 4), mm")
+    rigid = T.shape == (4, 4) and np.allclose(T[3], [0, 0, 0, 1]) and np.allclose(T[:3, :3].T @ T[:3, :3], np.eye(3))
+    if not rigid or np.linalg.det(T[:3, :3]) < 0:
+        raise BadInput(f"{wanted}; got {shown(value)} of shape {T.shape}.")
+    return T
+
+
+def _suspect_craig(chain: Chain) -> None:
+    """Warn where neighbouring joints turn about one line as the rows stand, and none would after Craig."""
+    held = [low == high for low, high in chain.limits] if chain.limits else [False] * len(chain)
+    pairs = [
+        (i, row, after)
+        for i, (row, after) in enumerate(zip(chain.rows, chain.rows[1:], strict=False))
+        if not (row.prismatic or after.prismatic or held[i] or held[i + 1])
+    ]
+    alike = [i for i, row, _ in pairs if _on_one_line(row)]
+    if alike and not any(_on_one_line(after) for _, _, after in pairs):
+        one, other = chain.names[alike[0]], chain.names[alike[0] + 1]
+        warnings.warn(
+            f"{chain.name}: {one} and {other} turn about one line, as these rows stand (standard convention, a and "
+            "alpha of the link behind the joint). After Craig (modified convention) no two joints do: if the table is "
+            "of that kind, read it with Chain.from_craig(rows).",
+            stacklevel=3,
+        )
+
+
+def _on_one_line(row: DHRow) -> bool:
+    """Does the link of this row leave the next axis where the last one is?"""
+    symbols = any(getattr(entry, "free_symbols", None) for entry in (row.a, row.alpha))
+    return not symbols and abs(float(row.a)) < 1e-9 and abs(sin(float(row.alpha))) < 1e-9
 
 
 def _as_row(row, number: int) -> DHRow:
@@ -327,9 +397,17 @@ def link_rows(theta, d, a, alpha, cos, sin) -> tuple[tuple, ...]:
     )
 
 
-def _products(links: list) -> list:
-    """The running products of SymPy link matrices, the identity first."""
-    frames = [links[0].__class__.eye(4)]
+def exact_transform(T):
+    """A rigid transform (4, 4) for SymPy, whole numbers in it exact; the identity for None."""
+    import sympy as sp
+
+    T = as_transform(T, "T")
+    return sp.eye(4) if T is None else sp.Matrix(4, 4, lambda i, j: _length(T[i, j]))
+
+
+def _products(links: list, base) -> list:
+    """The running products of SymPy link matrices, the base first."""
+    frames = [exact_transform(base)]
     for link in links:
         frames.append(frames[-1] * link)
     return frames

@@ -38,8 +38,8 @@ def from_rpy(roll: float, pitch: float, yaw: float) -> np.ndarray:
 def to_rpy(R) -> RPY:
     """Roll, pitch and yaw of `R`, a (3, 3) rotation or a (4, 4) transform.
 
-    At pitch = +-90 deg only yaw - roll (or their sum) is determined; roll is 0 then. Raises `BadInput` if `R` is not
-    a rotation (to 1e-6).
+    At pitch = +-90 deg only yaw - roll (or their sum) is determined; roll is 0 then. The three make `R` again to
+    1e-13, also beside such a place. Raises `BadInput` if `R` is not a rotation (to 1e-6).
     """
     columns = 4 if np.shape(R)[-1:] == (4,) else 3
     R = as_rows(R, "R", columns, "a rotation (3, 3) or a transform (4, 4)")
@@ -50,6 +50,8 @@ def to_rpy(R) -> RPY:
         raise BadInput("`R` must be a rotation: orthonormal columns and determinant +1; this matrix is not.")
     level = math.hypot(R[0, 0], R[1, 0])
     pitch = math.atan2(-R[2, 0], level)
-    if level < 1e-9:
+    if level < 1e-13:
         return RPY(0.0, pitch, math.atan2(-R[0, 1], R[1, 1]))
-    return RPY(math.atan2(R[2, 1], R[2, 2]), pitch, math.atan2(R[1, 0], R[0, 0]))
+    yaw = math.atan2(R[1, 0], R[0, 0])
+    cy, sy = math.cos(yaw), math.sin(yaw)  # roll from what the yaw leaves: near +-90 deg the two must fit each other
+    return RPY(math.atan2(sy * R[0, 2] - cy * R[1, 2], cy * R[1, 1] - sy * R[0, 1]), pitch, yaw)

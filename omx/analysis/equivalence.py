@@ -63,7 +63,7 @@ def same_robot(first: Chain, second: Chain, tolerance: float | None = None) -> C
     for name, chain in (("first", first), ("second", second)):
         if not isinstance(chain, Chain):
             raise BadInput(f"`{name}` must be an omx.Chain; got {shown(chain)}.")
-        if any(getattr(entry, "free_symbols", None) for row in chain.rows for entry in row.at(0)):
+        if chain._is_symbolic(np.zeros(len(chain))):
             raise BadInput(f"`{name}` must have numbers in its rows; {chain!r} has symbols: give them values first.")
     prismatic = np.array([row.prismatic for row in first.rows])
     if prismatic.tolist() != [row.prismatic for row in second.rows]:

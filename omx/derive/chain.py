@@ -7,7 +7,7 @@ from types import ModuleType
 import sympy as sp
 
 from ..arrays import shown
-from ..dh import Chain
+from ..dh import Chain, exact_transform
 from ..errors import BadInput
 from .function import Function
 from .store import write
@@ -21,9 +21,10 @@ def chain_functions(chain: Chain) -> list[Function]:
     joints = [sp.Symbol(name, real=True) for name in chain.names]
     steps: list[tuple[sp.Symbol, sp.Expr]] = []
     frames: list[sp.Matrix] = []
-    current = sp.eye(4)
+    current = exact_transform(chain.base)
     for i, (row, joint) in enumerate(zip(chain.rows, joints, strict=True), start=1):
-        current = _named(current * dh_matrix(*exact(row).at(joint)), i, steps)
+        link = dh_matrix(*exact(row).at(joint))
+        current = _named(current * (link if i < len(chain) else link * exact_transform(chain.tool)), i, steps)
         frames.append(current)
     outputs = {f"T_0_{i}": frame for i, frame in enumerate(frames, start=1)}
     last, tool = list(outputs.items())[-1]
@@ -47,7 +48,7 @@ def write_chain(
     """Write `<name>.py` with `transform`, `frames` and `dh_rows` of any chain, and return it loaded.
 
     Entries of the rows may be numbers or SymPy expressions; `parameters` gives each symbol in them its value. The other
-    arguments are those of `write`.
+    arguments are those of `write`. What the chain has as `base` and `tool` is in the formulas, not in `dh_rows`.
     """
     if not isinstance(chain, Chain):
         raise BadInput(f"`chain` must be an omx.Chain; got {shown(chain)}.")
@@ -55,7 +56,11 @@ def write_chain(
         raise BadInput(f"`parameters` must give each symbol its value; got {shown(parameters)}.")
     parameters = dict(parameters or {})
     rows = [exact(row) for row in chain.rows]
-    symbols = set().union(*(entry.free_symbols for row in rows for entry in row.at(0)))
+    entries = [entry for row in rows for entry in row.at(0)] + [
+        exact_transform(chain.base),
+        exact_transform(chain.tool),
+    ]
+    symbols = set().union(*(entry.free_symbols for entry in entries))
     missing = sorted(map(str, symbols - set(parameters)))
     if missing:
         same = sorted(set(missing) & {str(symbol) for symbol in parameters})

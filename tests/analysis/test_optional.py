@@ -1,4 +1,4 @@
-"""What is optional is tested all the same: with numba and dask, in an environment of their own.
+"""What is optional is tested all the same: with numba and dask, or MuJoCo, in environments of their own.
 
 Without a package index it cannot be made: then this is skipped, but on CI it fails.
 """
@@ -16,6 +16,7 @@ from tests.conftest import ON_CI
 
 MODULES = ("tests/analysis/test_compiled.py", "tests/analysis/test_workspace_maps.py")
 ARRAYS = "tests/analysis/test_arrays_of_others.py"
+READERS = "tests/exchange/test_urdf_readers.py"
 MARK = "OMX_OPTIONAL_RUN"
 TIMEOUT_S = 600  # it takes half a minute on a machine that is not busy
 
@@ -89,3 +90,12 @@ def test_the_formulas_serve_the_arrays_of_jax_dask_and_the_standard(tmp_path):
         (pytest.fail if ON_CI else pytest.skip)(str(stop))
     assert len(cases) > 20
     assert [name for name, why in cases.items() if why and "[torch" not in name and "[cupy" not in name] == []
+
+
+def test_yourdfpy_and_mujoco_read_the_urdf_that_we_write(tmp_path):
+    try:
+        cases = run_in("urdf", extra_envs.python("urdf"), [READERS], tmp_path)
+    except Stop as stop:
+        (pytest.fail if ON_CI else pytest.skip)(str(stop))
+    assert len(cases) > 12
+    assert [name for name, why in cases.items() if why and "pinocchio" not in name] == []

@@ -1,5 +1,6 @@
 """Chains of DH rows: equal to the product of elementary moves and to pinocchio, in numbers and in symbols."""
 
+import warnings
 from math import pi
 
 import numpy as np
@@ -14,6 +15,7 @@ from omx.dh import as_limits, clipped, limit_violations
 from tests.helpers import oracles
 
 TWISTS = (-pi / 2, pi / 2, 0, -pi / 2, pi / 2, 0)
+TWO = [(0, 0, 1, 0), (0, 0, 1, 0)]
 STANFORD = [(0, d, 0, alpha) for d, alpha in zip((400, 150, 0, 0, 0, 60), TWISTS, strict=True)]
 
 ANGLES = st.floats(-4, 4)
@@ -100,6 +102,107 @@ def test_numeric_chains_do_without_sympy():
     assert numeric.fk([0, 0, 0, 0]).dtype == np.float64
 
 
+# ---- what stands before the first joint and behind the last --------------------------------------------
+
+BASE = oracles.turn_z(0.4) @ oracles.shift(-12, 30) @ oracles.turn_x(0.9)
+TOOL = oracles.turn_x(-1.1) @ oracles.shift(45, 20) @ oracles.turn_z(2.0)
+
+
+def test_base_and_tool_cost_no_joint():
+    rows, q = oracles.table(*oracles.COURSE), oracles.random_q(50)
+    plain, fixed = Chain(rows), Chain(rows, base=BASE, tool=TOOL)
+    assert len(fixed) == 4
+    np.testing.assert_allclose(fixed.fk(q), BASE @ plain.fk(q) @ TOOL, atol=1e-11)
+    frames = fixed.frames(q)
+    np.testing.assert_allclose(frames[:, :-1], BASE @ plain.frames(q)[:, :-1], atol=1e-11)
+    for i, links in enumerate(np.moveaxis(fixed.matrices(q), 1, 0)):
+        np.testing.assert_allclose(frames[:, i] @ links, frames[:, i + 1], atol=1e-11)
+
+
+def test_the_jacobian_is_that_of_the_tool():
+    chain, step = Chain(STANFORD, base=BASE, tool=TOOL), 1e-6
+    q = np.random.default_rng(3).uniform(-2, 2, 6)
+    ahead, behind = chain.fk(q + step * np.eye(6)), chain.fk(q - step * np.eye(6))
+    slopes = (ahead - behind)[:, :3, 3].T / (2 * step)
+    np.testing.assert_allclose(chain.jacobian(q)[:3], slopes, atol=1e-5)
+
+
+def test_symbols_go_through_base_and_tool():
+    x, angle = sp.symbols("x angle", real=True)
+    base = sp.Matrix([[1, 0, 0, -x], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+    T = Chain([(0, 0, L1, 0)], base=base, tool=np.diag([1.0, -1.0, -1.0, 1.0])).fk([angle])
+    assert T[0, 3] == L1 * sp.cos(angle) - x
+    assert T[2, 2] == -1
+
+
+@pytest.mark.parametrize("value", [np.eye(3), np.diag([1, 1, -1, 1]), np.diag([2, 1, 1, 1]), np.ones((4, 4)), "maker"])
+def test_what_is_no_transform_is_refused(value):
+    for name in ("base", "tool"):
+        with pytest.raises(BadInput, match=f"`{name}` must be a transform"):
+            Chain(TWO, **{name: value})
+
+
+# ---- Craig's convention --------------------------------------------------------------------------------
+
+
+def craig(rows, q, sliding=()):
+    """The product of Craig's elementary moves, `Rx(alpha) Tx(a) Rz(theta) Tz(d)` a row."""
+    T = np.eye(4)
+    for i, ((theta, d, a, alpha), value) in enumerate(zip(rows, q, strict=True)):
+        turn, way = (theta, d + value) if i in sliding else (theta + value, d)
+        T = T @ oracles.turn_x(alpha) @ oracles.shift(a) @ oracles.turn_z(turn) @ oracles.shift(z=way)
+    return T
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.tuples(ROWS, ANGLES), min_size=1, max_size=7))
+def test_a_craig_table_is_shifted_to_the_standard_one(joints):
+    rows, q = zip(*joints, strict=True)
+    sliding = [i for i, row in enumerate(rows) if row[4]]
+    chain = Chain.from_craig(rows, base=BASE, tool=TOOL)
+    wanted = BASE @ craig([row[:4] for row in rows], q, sliding) @ TOOL
+    np.testing.assert_allclose(chain.fk(q), wanted, atol=1e-10)
+    assert [row.prismatic for row in chain.rows] == [row[4] for row in rows]
+
+
+#: A Craig table of this arm, as it goes around under the name "standard", with the hand as a fifth, fixed row.
+CRAIG = [(0, 77, 0, 0), (-pi / 2, 0, 0, -pi / 2), (pi / 2, 0, 128, 0), (0, 0, 124, 0), (0, 0, 126, 0)]
+HELD = [*omx.LIMITS, (0, 0)]
+
+
+def test_craigs_rows_under_the_name_standard_are_recognised():
+    with pytest.warns(UserWarning, match="theirs: q1 and q2 turn about one line.*read it with Chain.from_craig"):
+        Chain(CRAIG, HELD, name="theirs")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        chain = Chain.from_craig(CRAIG, HELD, name="ours")
+        assert chain.base is None
+        np.testing.assert_allclose(chain.fk([0] * 5)[:3, 3], (250, 0, 205), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("rows", "limits"),
+    [
+        (oracles.table(*oracles.COURSE), None),
+        (STANFORD, None),
+        ([(0, 300, 0, 0), (0, 0, 9, 0, True)], None),  # a crane: it turns and slides along one line
+        ([(0, 77, 0, 0), (0, 0, 9, 1.0), (0, 0, 9, 0)], [(0, 0), (-1, 1), (-1, 1)]),  # the first row is held
+        ([(0, 77, 0, 0), (0, 0, 0, 0), (0, 0, 9, 0)], None),  # and after Craig two turn about one line just as well
+    ],
+)
+def test_a_table_that_may_be_standard_is_taken_as_it_is(rows, limits):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        Chain(rows, limits)
+
+
+def test_a_craig_table_with_symbols_stays_symbolic():
+    alpha = sp.Symbol("alpha", real=True)
+    chain = Chain.from_craig([(0, 0, L1, alpha), (0, 0, 5, 0)])
+    T = chain.fk([q1, q2])
+    assert sp.simplify(T[2, 3] - 5 * sp.sin(q1) * sp.sin(alpha)) == 0
+
+
 # ---- limits --------------------------------------------------------------------------------------------
 
 SLIDER = Chain([(0, 0, 10, 0), (0, 0, 0, 0, True)], limits=[(-1, 1), (0, 200)], name="slider")
@@ -144,7 +247,6 @@ def test_limits_hold_to_the_slack_and_no_further():
     assert clipped([outside, -5], [(-1, 1), (-2, 2)]) == (1.0, -2.0)
 
 
-TWO = [(0, 0, 1, 0), (0, 0, 1, 0)]
 FLAT = Chain(TWO)
 
 

@@ -20,7 +20,8 @@ from hypothesis import strategies as st
 import omx
 from omx import analysis, collision, derive, dh, geometry, kinematics, motion, rotation
 from omx.analysis import accuracy, equivalence, workspace
-from omx.derive import store
+from omx.derive import screws, store
+from omx.exchange import axes
 from omx.motion import trajectory
 
 EXAMPLES = int(os.environ.get("OMX_FUZZ", 300))
@@ -88,15 +89,20 @@ SOUND = {
     "limits": omx.LIMITS, "joints": 4,
     "other": motion.joint_move(omx.HOME, omx.ZERO, 1.0), "geometry": omx.COURSE, "low": 0.0, "high": 90.0, "done": 1,
     "total": 2, "angle": 0.3, "parameters": (), "key": "L2", "step": 40.0, "pitches": 8, "index": 0, "stop": 0.5,
-    "progress": None, "random": np.random.default_rng(0), "columns": 4, "wanted": "numbers",
+    "w": (0, 0, 1), "direction": (0, 1, 0), "twist": (0, 0, 0, 0, 0, 1), "twists": [(0, 0, 0, 0, 0, 1)] * 4,
+    "directions": [(0, 0, 1), (0, 1, 0)], "tool": np.eye(4), "described": omx.urdf.text(),
+    "arm": CHAIN, "path": "arm.urdf", "zero": np.eye(4), "T": np.eye(4), "progress": None,
+    "random": np.random.default_rng(0), "columns": 4, "wanted": "numbers",
 }  # fmt: skip
 SOUND_FOR = {
     "calibrate": {"q": np.random.default_rng(1).uniform(-1, 1, (12, 4)), "points": np.ones((12, 3))},
     "chain_functions": {"chain": omx.Chain([(0, 1, 2, 0.3)])}, "write_chain": {"chain": omx.Chain([(0, 1, 2, 0.3)])},
     "part": {"start": 0.1}, "at": {"seconds": 0.1}, "centres": {"step": 5.0}, "clipped": {"q": omx.HOME},
     "evaluated": {"expression": t + 1, "at": [{t: 1.0}]}, "real_points": {"expressions": [t + 1]},
-    "Section.contains": {}, "exact_angle": {"value": 1.5}, "as_geometry": {"value": omx.COURSE}, "wrap": {"angle": t},
-    "as_arm": {"value": CHAIN}, "trapezoid": {"ramp": 0.2}, "uniform": {"rows": 3}, "stratified": {"rows": 3},
+    "Section.contains": {}, "from_axes": {"points": np.zeros((2, 3))}, "exact_angle": {"value": 1.5},
+    "as_geometry": {"value": omx.COURSE}, "wrap": {"angle": t},
+    "as_arm": {"value": CHAIN}, "exp_twist": {"q": 0.5}, "as_transform": {"value": np.eye(4)},
+    "trapezoid": {"ramp": 0.2}, "uniform": {"rows": 3}, "stratified": {"rows": 3},
     "joint_path": {"seconds": [0.3]}, "show": {"name": "A_1"}, "gather": {"expression": sp.sin(t) * sp.cos(u)},
 }  # fmt: skip
 
@@ -112,8 +118,8 @@ def public(module):
 
 
 MODULES = (
-    kinematics, dh, geometry, rotation, collision, derive, motion, trajectory, accuracy, equivalence, workspace,
-    workspace.arcs, workspace.section, workspace.reach, workspace.maps, workspace.sampling, analysis,
+    kinematics, dh, geometry, rotation, collision, derive, screws, motion, trajectory, accuracy, equivalence, workspace,
+    workspace.arcs, workspace.section, workspace.reach, workspace.maps, workspace.sampling, analysis, axes,
 )  # fmt: skip
 #: Left out: what makes no promise about its arguments (helpers of `omx` itself), and what only holds data.
 HELPERS = {
@@ -134,6 +140,7 @@ METHODS = {
         ("Trajectory", MOVE, ("at", "then", "poses")),
         ("Section", SECTION, ("contains", "distance", "fill", "polygons")),
         ("Arc", ARC, ("points", "distance")),
+        ("urdf", omx.urdf, ("text", "parse", "write")),
     )
     for name in names
 }  # fmt: skip

@@ -22,6 +22,7 @@ ROOMS = {
     "derive": ({"small"}, {"sympy", "mpmath"}),
     "motion": ({"small"}, set()),
     "analysis": ({"small"}, {"numba"}),
+    "exchange": ({"small"}, set()),
     "hardware": ({"small", "motion"}, set()),
     "display": ({"small", "motion", "analysis"}, {"meshcat", "umsgpack", "matplotlib", *JUPYTER}),
     "check": ({"small", "derive"}, set()),

@@ -114,6 +114,14 @@ def test_so_is_that_of_any_chain_that_hypothesis_finds(rows, random):
     np.testing.assert_allclose(transform(*q), chain.fk(q), atol=1e-10)
 
 
+def test_base_and_tool_go_into_the_formulas():
+    base, tool = oracles.turn_x(0.7) @ oracles.shift(L := -12.5, 30), oracles.shift(40, L) @ oracles.turn_z(1.0)
+    chain = Chain([(0.1, 77, 0, -pi / 2), (0, 0, 130, 0.3)], base=base, tool=tool)
+    module = write_chain("arm", chain, notebook="99-test")
+    np.testing.assert_allclose(module.transform(0.4, -0.9), chain.fk([0.4, -0.9]), atol=1e-10)
+    np.testing.assert_allclose(module.frames(0.4, -0.9)[0], chain.frames([0.4, -0.9])[1], atol=1e-10)
+
+
 def test_a_symbol_without_a_value_is_asked_for():
     with pytest.raises(BadInput, match="the rows of mine use L1, L2: give each a value"):
         write_chain("arm", Chain([(0, L1, L2, 0)], name="mine"), notebook="99-test")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import omx
-from omx import collision
+from omx import JointPanel, View, collision
 from omx.arm import HOME, LIMITS, ZERO
 from omx.display.viewer.arm_data import arm_data
 from tests.helpers.javascript import flat, in_node
@@ -52,6 +52,16 @@ def test_the_arm_takes_the_branch_that_python_takes(near):
             assert ours is None, pose
         else:
             assert ours["q"] == pytest.approx(chosen.q, abs=1e-9), pose
+
+
+def test_the_frames_of_any_chain_are_pythons():
+    chain = omx.Chain([(0.1, 20, 5, 0.3), (0, 7, 30, -1.2), (0, 4, 0, 0.5, True)], base=omx.fk(HOME), tool=omx.fk(ZERO))
+    data = JointPanel(View.of_chain(chain))._static_data()
+    qs = RNG.uniform(-2, 2, (20, 3)).tolist()
+    for ours, q in zip(
+        in_node("A.chainFrames(data, a)", qs, f"const A = window.OMX_ARM, data = {json.dumps(data)};"), qs, strict=True
+    ):
+        np.testing.assert_allclose(ours, chain.frames(q), atol=1e-9)
 
 
 def test_gaps_to_the_table_and_to_itself_are_pythons():

@@ -55,12 +55,17 @@ def test_nodes_follow_the_geometry(geometry):
         np.testing.assert_allclose(placed(view.channel, f"/meshcat/arm/{i}"), T, atol=1e-9)
 
 
+TURNED = np.array([[0.0, -1, 0, -12], [1, 0, 0, 5], [0, 0, 1, 40], [0, 0, 0, 1]])
+FIXED = omx.Chain(PRISMATIC.rows, PRISMATIC.limits, base=TURNED, tool=np.linalg.inv(TURNED))
+
+
+@pytest.mark.parametrize("chain", [PRISMATIC, FIXED], ids=["rows", "base and tool"])
 @given(st.lists(st.floats(-3, 3), min_size=3, max_size=3))
 @settings(max_examples=50, deadline=None)
-def test_fast_frames_equal_the_chain(q):
+def test_fast_frames_equal_the_chain(chain, q):
     """Prismatic joints and any twist: the scalar frames are the DH product."""
     q[2] *= 30
-    for fast, T in zip(Linkage(PRISMATIC).frames(q), PRISMATIC.frames(q), strict=True):
+    for fast, T in zip(Linkage(chain).frames(q), chain.frames(q), strict=True):
         ours = np.array(fast).reshape(4, 4).T
         ours[:3, 3] *= 1e3
         np.testing.assert_allclose(ours, T, atol=1e-9)
@@ -234,11 +239,13 @@ def test_the_camera_steps_back_for_a_tall_section(view):
 def test_marks_come_and_go_by_name(view):
     view.arrow("d", (0, 0, 0), (0, 0, 77), label="d_1")
     view.arc("t", (0, 0, 0), (40, 0, 0), (0, 40, 0), label="\u03b8_1")
+    view.axis("turn", (0, 0, 77), (0, 1, 0), label="S_2")
+    view.axis("slide", (0, 0, 77), (0, 0, 2), length=50, slides=True)
     view.plane("p", omx.fk(omx.ZERO))
     view.triad("f", omx.fk(omx.ZERO), index=4)
     view.label("w", "tool", (100, 0, 0))
     view.path([(0, 0, 0), (10, 0, 0), (10, 10, 0)], name="way")
-    names = {"d", "t", "p", "f", "w", "way"}
+    names = {"d", "t", "turn", "slide", "p", "f", "w", "way"}
     assert objects(view.channel, "/meshcat/notes") == {f"/meshcat/notes/{name}" for name in names}
     view.remove("d")
     view.remove("never there")
@@ -253,6 +260,7 @@ def test_marks_come_and_go_by_name(view):
         lambda v: v.path([(0, 0, 0)]),
         lambda v: v.path([(0, 0), (1, 1)]),
         lambda v: v.arrow("a", (0, 0), (1, 0, 0)),
+        lambda v: v.axis("a", (0, 0, 0), (0, 0, 0)),
         lambda v: v.plane("p", np.eye(3)),
         lambda v: v.label("a/b", "word", (0, 0, 0)),
         lambda v: v.label("nan", "word", (0, 0, math.nan)),
@@ -329,6 +337,9 @@ def test_prismatic_joints_are_boxes_and_revolute_ones_cylinders():
     skeleton._joint(box, True, 5.0)
     skeleton._joint(cylinder, False, 5.0)
     assert len(box.arrays()[0]) < len(cylinder.arrays()[0]) / 3
+    assert skeleton.reach(FIXED) == pytest.approx(skeleton.reach(PRISMATIC) + 2 * math.hypot(12, 5, 40))
+    drawn = skeleton.drawings(FIXED, 5.0)
+    assert set(drawn) == {0, 1, 2, 3}
     rod = skeleton.Solid()
     skeleton._link(rod, omx.DHRow(0, 20, 0, 0, prismatic=True), 80.0, 5.0)
     assert rod.bounds()[0][2] == pytest.approx(-100, abs=5)

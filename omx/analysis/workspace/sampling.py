@@ -209,7 +209,7 @@ def _span(geometry: Geometry | Chain, limits) -> tuple[tuple[float, float], floa
     if isinstance(geometry, Geometry):
         reach = abs(geometry.L2) + abs(geometry.L3) + abs(geometry.L4)
         return (geometry.L1 - reach, geometry.L1 + reach), reach
-    reach = 0.0
+    reach = sum(float(np.linalg.norm(T[:3, 3])) for T in (geometry.base, geometry.tool) if T is not None)
     for row, (low, high) in zip(geometry.rows, _limits(geometry, limits), strict=True):
         slide = max(abs(row.d + low), abs(row.d + high)) if row.prismatic else abs(row.d)
         reach += float(np.hypot(row.a, slide))
@@ -254,6 +254,6 @@ def _job(samples, seed, geometry, limits, draw, keep, axes=(), step=0.0) -> _Job
 def _arm(geometry) -> Geometry | Chain:
     """The arm, if it has numbers."""
     arm = as_arm(geometry)
-    if isinstance(arm, Chain) and any(getattr(entry, "free_symbols", None) for row in arm.rows for entry in row.at(0)):
+    if isinstance(arm, Chain) and arm._is_symbolic(np.zeros(len(arm))):
         raise BadInput(f"{arm!r} has symbols in its rows: give them values first.")
     return arm

@@ -62,7 +62,8 @@ class JointPanel(Panel):
         data = {"kind": "joints", "names": list(self.chain.names), "limits": list(self.chain.limits)}
         if self.view.geometry is not None:
             return {**data, "geometry": list(self.view.geometry.values), "home": HOME}
-        return {**data, "rows": [vars_of(row) for row in self.chain.rows]}
+        fixed = {name: T.tolist() for name in ("base", "tool") if (T := getattr(self.chain, name)) is not None}
+        return {**data, **fixed, "rows": [vars_of(row) for row in self.chain.rows]}
 
     def _on_sliders(self, values) -> None:
         rows = zip(values, self.chain.rows, strict=True)
@@ -89,9 +90,8 @@ def _limited(chain: Chain, limits) -> Chain:
     """The chain with limits for its sliders: those given, its own, or half a turn and 100 mm where there are none."""
     limits = chain.limits if limits is None else Chain(chain.rows, limits).limits
     free = [(0.0, 100.0) if row.prismatic else (-math.pi, math.pi) for row in chain.rows]
-    return Chain(
-        chain.rows, [_finite(*pair) for pair in zip(limits or free, free, strict=True)], chain.names, chain.name
-    )
+    ends = [_finite(*pair) for pair in zip(limits or free, free, strict=True)]
+    return Chain(chain.rows, ends, chain.names, chain.name, chain.base, chain.tool)
 
 
 def _finite(limit, free) -> tuple[float, float]:

@@ -35,7 +35,7 @@
 
     frame() { return this.box.querySelector("iframe"); }
 
-    frames(q) { return this.rows ? A.chainFrames(this.rows, q) : A.frames(q, this.geometry); }
+    frames(q) { return this.rows ? A.chainFrames(this, q) : A.frames(q, this.geometry); }
 
     // The reader drags the tool in the scene: the sliders follow, and the scene is told when all is done.
     dragged({ pose, q, done }) {

@@ -81,6 +81,26 @@ def arc(centre, start, end, colour=INK, label: str | None = None, radius: float 
     return out.label(label, middle, _hex(colour)) if label else out
 
 
+def axis(point, direction, length: float, colour=INK, label: str | None = None, slides: bool = False) -> Drawing:
+    """A joint's axis: a thin line of `length` with `point` in its middle, its head where `direction` points.
+
+    An arc about it shows the positive turn by the right-hand rule; an axis that slides has a second head instead.
+    """
+    point, z = np.asarray(point, float), _unit(np.asarray(direction, float))
+    start, end, size = point - 0.5 * length * z, point + 0.5 * length * z, 0.09 * length
+    solid = arrow_solid(start, end, rgb(colour), 0.9)
+    if slides:
+        solid.add(arrow_solid(start, end - size * z, rgb(colour), 0.9))
+    else:
+        x = _unit(np.cross(z, np.eye(3)[np.argmin(np.abs(z))]))
+        turn = np.linspace(0, 1.6 * math.pi, 40)[:, None]
+        circle = end - 1.6 * size * z + size * (np.cos(turn) * x + np.sin(turn) * np.cross(z, x))
+        solid.add(tube(circle, 0.9, rgb(colour)))
+        solid.add(cone(circle[-1], circle[-1] + 5.0 * _unit(circle[-1] - circle[-2]), 2.6, rgb(colour)))
+    out = Drawing().solid(solid, _LABELLED, casts=False, order=11)
+    return out.label(label, end + 0.6 * size * z, _hex(colour)) if label else out
+
+
 def rod(length: float, colour, radius: float = 1.6) -> Drawing:
     """An arrow without its head, along z from the origin, drawn over everything."""
     solid = cone((0, 0, 0), (0, 0, length), radius, rgb(colour), 12, radius)

@@ -19,11 +19,11 @@
     return [[ct, -st * ca, st * sa, a * ct], [st, ct * ca, -ct * sa, a * st], [0, sa, ca, d], [0, 0, 0, 1]];
   }
 
-  // T_0_0 .. T_0_n of any chain, from its DH rows.
-  const chainFrames = (rows, q) => rows.reduce((frames, { theta, d, a, alpha, prismatic }, i) => {
+  // T_0_0 .. T_0_n of any chain, from its DH rows; the first is its base, the last carries its tool.
+  const chainFrames = ({ rows, base = IDENTITY, tool }, q) => rows.reduce((frames, { theta, d, a, alpha, prismatic }, i) => {
     const A = prismatic ? link(theta, d + q[i], a, alpha) : link(theta + q[i], d, a, alpha);
-    return [...frames, product(frames[i], A)];
-  }, [IDENTITY]);
+    return [...frames, product(frames[i], tool && i === rows.length - 1 ? product(A, tool) : A)];
+  }, [base]);
 
   const frames = (q, geometry) => [IDENTITY, ...fk.frames(...q, ...geometry)];
   const pose = (q, geometry) => fk.pose(...q, ...geometry);

@@ -2,8 +2,11 @@
 
 from math import cos, sin
 
+import numpy as np
+
 #: 16 floats, column by column.
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+_TO_M = np.array([[1.0, 1.0, 1.0, 1e-3]] * 3 + [[1.0] * 4])
 
 
 class Linkage:
@@ -13,6 +16,8 @@ class Linkage:
     """
 
     def __init__(self, chain):
+        self._base = IDENTITY if chain.base is None else tuple(column_major(chain.base))
+        self._tool = None if chain.tool is None else np.array(chain.tool) * _TO_M
         self._rows = [
             (float(r.theta), 1e-3 * float(r.d), 1e-3 * float(r.a), cos(r.alpha), sin(r.alpha), r.prismatic)
             for r in chain.rows
@@ -20,8 +25,8 @@ class Linkage:
 
     def frames(self, q) -> list[tuple]:
         """One 16-tuple a frame, the base first; `q`: one value a joint, rad (mm where prismatic)."""
-        xx, xy, xz, yx, yy, yz, zx, zy, zz, px, py, pz = 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0
-        out = [IDENTITY]
+        xx, xy, xz, _, yx, yy, yz, _, zx, zy, zz, _, px, py, pz, _ = self._base
+        out = [self._base]
         for (theta, d, a, ca, sa, prismatic), value in zip(self._rows, q, strict=True):
             if prismatic:
                 d += 1e-3 * value
@@ -35,6 +40,8 @@ class Linkage:
             yx, yy, yz = ca * vx + sa * zx, ca * vy + sa * zy, ca * vz + sa * zz
             zx, zy, zz = ca * zx - sa * vx, ca * zy - sa * vy, ca * zz - sa * vz
             out.append((xx, xy, xz, 0.0, yx, yy, yz, 0.0, zx, zy, zz, 0.0, px, py, pz, 1.0))
+        if self._tool is not None:
+            out[-1] = tuple((np.reshape(out[-1], (4, 4)).T @ self._tool).T.ravel().tolist())
         return out
 
 

@@ -78,6 +78,16 @@ class Scene:
         start, direction = _vector("start", start), _vector("direction", direction)
         self._note(name, annotations.arrow(start, start + direction, colour, label, radius))
 
+    def axis(self, name: str, point, direction, *, label=None, colour=VERMILION, length=None, slides=False) -> None:
+        """A joint's axis: the line through `point` (3,) mm along `direction` (3,), `length` mm of it drawn.
+
+        An arc about it shows the positive turn, by the right-hand rule; with `slides` a second head the way.
+        """
+        point, direction = _vector("point", point), _vector("direction", direction)
+        if not direction.any():
+            raise BadInput("`direction` must point somewhere: one of its three numbers must not be 0.")
+        self._note(name, annotations.axis(point, direction, length or 4.0 * self._mark, colour, label, slides))
+
     def arc(self, name: str, centre, start, end, *, label=None, colour=INK) -> None:
         """An angle about `centre` (3,), from direction `start` (whose length is its radius, mm) to direction `end`."""
         centre, start, end = _vector("centre", centre), _vector("start", start), _vector("end", end)

@@ -25,6 +25,10 @@ def drawings(chain, scale: float, colour=None, opacity: float = 1.0) -> dict[int
     for i, row in enumerate(chain.rows):
         _joint(solids[i], row.prismatic, scale)
         _link(solids[i + 1], row, _stroke(chain, i), scale)
+    if chain.tool is not None:
+        back = np.linalg.inv(chain.tool)
+        solids[len(chain.rows)] = solids[len(chain.rows)].moved(back)
+        _rod(solids[len(chain.rows)], back[:3, 3], np.zeros(3), scale)
     solids[len(chain.rows)].add(ball((0, 0, 0), 1.7 * scale, TOOL))
     painted = {i: solid if colour is None else solid.silhouette(colour) for i, solid in solids.items()}
     return {i: Drawing().solid(solid, METAL, opacity=opacity) for i, solid in painted.items()}
@@ -33,6 +37,7 @@ def drawings(chain, scale: float, colour=None, opacity: float = 1.0) -> dict[int
 def reach(chain) -> float:
     """An upper bound of the distance (mm) from the base to the tool; a prismatic joint counts with its stroke."""
     total = sum(abs(float(row.a)) + abs(float(row.d)) for row in chain.rows)
+    total += sum(float(np.linalg.norm(T[:3, 3])) for T in (chain.base, chain.tool) if T is not None)
     return total + sum(_stroke(chain, i) for i in range(len(chain.rows))) or 100.0
 
 
@@ -58,6 +63,10 @@ def _link(solid: Solid, row, stroke: float, scale: float) -> None:
     corner = np.array((-a, 0.0, 0.0))
     axis = np.array((0.0, math.sin(alpha), math.cos(alpha)))  # the joint's axis, as the far frame sees it
     for start, end in ((corner, np.zeros(3)), (corner - (d + stroke) * axis, corner)):
-        if np.linalg.norm(end - start) > 1e-6:
-            solid.add(cone(start, end, 0.85 * scale, LINK, 20, 0.85 * scale))
+        _rod(solid, start, end, scale)
     solid.add(ball(corner, 0.95 * scale, LINK))
+
+
+def _rod(solid: Solid, start, end, scale: float) -> None:
+    if np.linalg.norm(end - start) > 1e-6:
+        solid.add(cone(start, end, 0.85 * scale, LINK, 20, 0.85 * scale))
