@@ -9,7 +9,7 @@ from docutils.parsers.rst import Directive, directives
 
 import omx
 from book.chapters import cells, normalise, runs
-from book.publish import deck
+from book.publish import markup
 from book.setup.paths import NOTEBOOKS
 
 
@@ -45,7 +45,7 @@ def card(path):
     first = cells.source(normalise.read(path)["cells"][0])
     title, hook, *_ = [part.strip() for part in first.split("\n\n")]
     link = f'<a href="../notebooks/{path.stem}.html">{html.escape(title.lstrip("# "))}</a>'
-    return f'<div class="omx-card"><h3>{link}</h3>{deck.prose(hook)}</div>'
+    return f'<div class="omx-card"><h3>{link}</h3>{markup.prose(hook)}</div>'
 
 
 @cache

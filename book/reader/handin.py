@@ -19,7 +19,7 @@ from latex2mathml.converter import convert
 from book.chapters import execute, normalise
 from book.chapters.cells import headings, is_code, source, tags
 from book.chapters.student import title
-from book.publish import deck, pages, shared
+from book.publish import markup, pages, shared
 from book.reader import overview
 from book.setup import names
 from book.setup.paths import ROOT, WORK, Stop
@@ -88,8 +88,8 @@ def page(notebook, path, results, is_run):
 def shown(cell):
     """The HTML of one cell: all code, unlike a slide, and formulas that need no script."""
     if not is_code(cell):
-        return mathml(deck.prose(deck.LINK.sub(r"\1", source(cell))))  # a single file has no neighbours
-    pieces = [deck.code(source(cell))]
+        return mathml(markup.prose(markup.LINK.sub(r"\1", source(cell))))  # a single file has no neighbours
+    pieces = [markup.code(source(cell))]
     for output in cell.get("outputs", []):
         if output["output_type"] == "error":
             pieces.append(f'<pre class="output error">{html.escape(said(output))}</pre>')
@@ -98,7 +98,7 @@ def shown(cell):
         elif output["output_type"] == "stream":
             pieces.append(f'<pre class="output">{html.escape(normalise.text_of(output["text"]))}</pre>')
         else:
-            pieces.append(mathml(deck.rich(output["data"], output.get("metadata", {}))))
+            pieces.append(mathml(markup.rich(output["data"], output.get("metadata", {}))))
     return "".join(pieces)
 
 

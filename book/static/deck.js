@@ -1,8 +1,15 @@
-// A deck: formulas first, then every slide is made to fit its 1280 x 720 pixels, then reveal.js takes over.
+// A deck: formulas first, then units of text, code and pictures fill slides of --width x --height pixels (deck.css), then
+// reveal.js takes over; or, with ?print=slides, four or notes, the same slides lie on pages.
 (async function () {
   "use strict";
-  const WIDTH = 1280, HEIGHT = 720, ROOM = 640, SIZES = [1, 0.92, 0.84], SMALLEST = 0.74;
-  const printing = /print-pdf/i.test(location.search);
+  const style = getComputedStyle(document.documentElement);
+  const size = (name) => parseFloat(style.getPropertyValue(name));
+  const WIDTH = size("--width"), HEIGHT = size("--height"), EDGE = size("--edge"), BOTTOM = HEIGHT - size("--foot");
+  const TYPE = [[36, 24], [33, 23], [30, 22], [28, 21], [26, 20], [26, 18]]; // px of prose and of code, largest first
+  const MOST_WORDS = 75, FEW_WORDS = 20;
+  const LETTERS = 1.22; // a figure's letters have 14.7 px; so many times as large, the last row can read them
+  const TEXT = "p, li, td, th, h1, h2, h3";
+  const printing = new URLSearchParams(location.search).get("print");
   const scenes = () => [...document.querySelectorAll(".omx-scene[data-scene]")];
 
   // In print, WebGL leaves a blank: pictures taken before (OMX_PICTURES) stand in for the scenes.
@@ -14,91 +21,12 @@
       box.replaceChildren(picture);
       box.removeAttribute("data-scene");
     });
-    for (const sliders of document.querySelectorAll(".omx-controls")) sliders.remove();
+    for (const button of document.querySelectorAll(".omx-poses")) button.remove();
   }
 
   await MathJax.startup.promise;
   await MathJax.typesetPromise();
   await Promise.all([...document.images].map((image) => image.decode().catch(() => {})));
-
-  const tall = (section) => Math.max(...[...section.children].map((c) => c.offsetTop + c.offsetHeight), 0);
-  // Lines that are too long for the slide get smaller type, by as much as they must.
-  function narrow(block) {
-    const room = block.matches("table") ? WIDTH - 80 : block.clientWidth;
-    const need = block.matches("table") ? block.offsetWidth : block.scrollWidth;
-    if (need <= room + 1) return;
-    block.style.fontSize = `${parseFloat(getComputedStyle(block).fontSize) * (room / need) * 0.985}px`;
-  }
-
-  // Somewhat smaller type, so that the last row can still read it; formulas side by side; then a second slide.
-  function fit(section) {
-    if (fitPicture(section) || fitText(section)) return;
-    if (section.querySelector(".formula + .formula")) {
-      section.classList.add("beside");
-      if (fitText(section)) return;
-    }
-    section.style.fontSize = "";
-    divide(section);
-  }
-
-  function fitText(section) {
-    return SIZES.some((size) => {
-      section.style.fontSize = `${size}em`;
-      return tall(section) <= ROOM;
-    });
-  }
-
-  // One scene or picture on a slide takes the room that the words leave, if that is enough to see something.
-  function fitPicture(section) {
-    const pictures = section.querySelectorAll(".omx-scene, img");
-    if (pictures.length !== 1) return false;
-    for (const size of SIZES) {
-      section.style.fontSize = `${size}em`;
-      section.style.setProperty("--picture", "0px");
-      const beside = pictures[0].closest(".omx-panel")?.offsetHeight ?? 0; // sliders take no room below
-      const room = ROOM - tall(section) + beside;
-      section.style.setProperty("--picture", `${Math.min(room, 520)}px`);
-      if (room >= 300 && tall(section) <= ROOM + 4) return true;
-    }
-    section.style.removeProperty("--picture");
-    return false;
-  }
-
-  // Move what does not fit to a second slide that repeats the heading.
-  function divide(section) {
-    const heading = section.querySelector("h1, h2, h3, .again");
-    const notes = section.querySelector("aside");
-    const pieces = [...section.children].filter((c) => c !== notes).flatMap(parts);
-    const rest = section.cloneNode(false);
-    if (heading) rest.append(element("p", "again", heading.textContent));
-    section.replaceChildren(...pieces);
-    section.style.fontSize = "0.92em";
-    const moved = takeFromEnd(section, section);
-    const last = section.lastElementChild;
-    if (tall(section) > ROOM && last.children.length > 1) {
-      moved.unshift(element("div", last.className, ...takeFromEnd(section, last)));
-    } else if (moved.length && section.children.length > 1 && /^H\d$/.test(last.lastElementChild?.tagName)) {
-      moved.unshift(last);
-      last.remove();
-    }
-    if (notes) section.append(notes);
-    if (!moved.length || tall(section) > ROOM) shrink(section);
-    if (!moved.length) return;
-    rest.append(...moved);
-    section.after(rest);
-    fit(rest);
-  }
-
-  // Take children from the end of `box`, leaving one that counts, until the slide has room.
-  function takeFromEnd(section, box) {
-    const moved = [];
-    const spare = () => [...box.children].filter((c) => !c.matches(".again")).length > 1;
-    while (spare() && tall(section) > ROOM) {
-      moved.unshift(box.lastElementChild);
-      box.lastElementChild.remove();
-    }
-    return moved;
-  }
 
   function element(tag, className, ...children) {
     const node = document.createElement(tag);
@@ -107,37 +35,303 @@
     return node;
   }
 
-  // A piece of prose can part between its paragraphs; code and what it shows stay together.
-  function parts(piece) {
-    if (piece.matches(".fragment") || piece.querySelector(".code") || piece.children.length < 2) return [piece];
-    const groups = [];
-    for (const child of [...piece.children]) {
-      const last = groups.at(-1);
-      if (last && /^H\d$/.test(last.lastElementChild.tagName)) { last.append(child); continue; }
-      groups.push(element("div", piece.className, child));
+  // ---- what is on a slide --------------------------------------------------------------------------------------
+
+  const onScreen = (node) => !node.closest(".note, aside, .omx-scene, .omx-controls, .omx-note, mjx-container");
+  const texts = (section) => [...section.querySelectorAll(TEXT)].filter(onScreen);
+  function words(section) {
+    const counted = texts(section).map((node) => {
+      const copy = node.cloneNode(true);
+      for (const inner of copy.querySelectorAll("mjx-container, ul, ol")) inner.remove();
+      return copy.textContent;
+    });
+    return counted.join(" ").split(/[\s\u2009]+/).filter((word) => /\p{L}/u.test(word)).length;
+  }
+  const blocks = (section) => [...section.querySelectorAll(".unit > .piece > *, .again, .echo")];
+  const pictures = (section) => [...section.querySelectorAll(".omx-scene, img, .figure")].filter((p) => !p.parentElement.closest(".omx-scene"));
+  const panel = (section) => section.querySelector(".omx-panel");
+  const bottom = (section) => Math.max(0, ...blocks(section).map((b) => b.getBoundingClientRect().bottom)) - section.getBoundingClientRect().top;
+
+  // ---- making one slide fit ------------------------------------------------------------------------------------
+
+  function fits(section, must = false) {
+    section.className = "";
+    section.removeAttribute("style");
+    if (!must && words(section) > MOST_WORDS) return false;
+    if (panel(section)) return above(section, must);
+    if (pictures(section).length === 1) return beside(section) || above(section, must);
+    return pictures(section).length ? above(section, must) : inType(section);
+  }
+
+  // The largest type in which everything stays on the slide.
+  function inType(section, widest = WIDTH - 2 * EDGE, scale = 0.5) {
+    return TYPE.some(([px, code]) => {
+      section.style.fontSize = `${px}px`;
+      return narrow(section, widest, code) >= scale && bottom(section) <= BOTTOM;
+    });
+  }
+
+  // Wide formulas and tables get smaller type, long lines of code somewhat, and then a new line; the worst block's scale.
+  function narrow(section, room, most) {
+    let worst = 1;
+    const code = [...section.querySelectorAll(".code pre")], printed = [...section.querySelectorAll("pre.output")];
+    for (const group of [code, ...printed.map((pre) => [pre])]) {
+      for (const pre of group) pre.classList.remove("wrapped");
+      for (const pre of group) pre.style.fontSize = `${most}px`;
+      const px = Math.max(Math.min(20, most), most * Math.min(1, ...group.map((pre) => 0.995 * pre.clientWidth / pre.scrollWidth)));
+      for (const pre of group) {
+        pre.style.fontSize = `${px}px`;
+        if (pre.scrollWidth <= pre.clientWidth + 1) continue;
+        pre.classList.add("wrapped");
+        worst = 0.8;
+      }
     }
-    return groups;
+    for (const block of section.querySelectorAll(".formula, table")) {
+      if (!onScreen(block)) continue;
+      block.style.fontSize = "";
+      for (let tries = 0; tries < 3; tries++) {
+        const need = block.matches("table") ? block.offsetWidth : Math.max(block.scrollWidth, widthOf(block));
+        const most = block.matches("table") ? room : block.clientWidth;
+        if (need <= most + 1) break;
+        worst = Math.min(worst, most / need);
+        block.style.fontSize = `${parseFloat(getComputedStyle(block).fontSize) * (most / need) * 0.985}px`;
+      }
+    }
+    return worst;
+  }
+  const widthOf = (formula) => Math.max(0, ...[...formula.querySelectorAll("svg")].map((svg) => svg.getBoundingClientRect().width));
+
+  // One picture stands at the right, as large as the words at its left allow.
+  function beside(section) {
+    const [picture] = pictures(section);
+    if (section.querySelector(".code, table")) return false;
+    section.classList.add("beside");
+    const room = WIDTH - 2 * EDGE, heading = [...section.querySelectorAll("h1, h2, h3, .again")].at(-1);
+    for (const share of shapeOf(picture) ? [0.66, 0.61, 0.56] : [0.6, 0.54, 0.5]) {
+      section.style.fontSize = `${TYPE[0][0]}px`;
+      const top = (heading ? heading.getBoundingClientRect().bottom - section.getBoundingClientRect().top : size("--top")) + 12;
+      const height = BOTTOM - top, shape = shapeOf(picture);
+      const width = shape ? Math.min(share * room, height / shape) : share * room;
+      if (picture.width && width / picture.getAttribute("width") < LETTERS) return leave();
+      section.style.setProperty("--picture-width", `${width}px`);
+      section.style.setProperty("--picture-height", `${shape ? width * shape : Math.min(height, width * 0.85)}px`);
+      section.style.setProperty("--picture-top", `${top}px`);
+      section.style.setProperty("--text-width", `${room - width - 28}px`);
+      if (inType(section, room - width - 28, 0.85)) return true;
+    }
+    return leave();
+    function leave() {
+      section.classList.remove("beside");
+      return false;
+    }
+  }
+  const shapeOf = (picture) => picture.naturalWidth ? picture.naturalHeight / picture.naturalWidth : 0;
+
+  // Below the words a picture, or a scene beside its sliders, takes the room that they leave, if one can see something.
+  function above(section, must) {
+    const [picture] = pictures(section), many = pictures(section).length;
+    const least = must ? 200 : panel(section) || !shapeOf(picture) ? 330 : Math.min(LETTERS * picture.getAttribute("width") * shapeOf(picture), 420);
+    for (const [px, code] of TYPE) {
+      section.style.fontSize = `${px}px`;
+      section.style.setProperty("--picture-height", "0px");
+      if (narrow(section, WIDTH - 2 * EDGE, code) < 0.5 && !must) continue;
+      const beside = panel(section)?.offsetHeight ?? 0; // sliders take no room below
+      const room = (BOTTOM - bottom(section) + beside) / (beside ? 1 : many);
+      section.style.setProperty("--picture-height", `${Math.max(120, Math.min(room - 6, 560))}px`);
+      if (room >= least && bottom(section) <= BOTTOM + 2) return true;
+    }
+    return false;
   }
 
-  // One piece that is taller than a slide: text shrinks as far as it must, which the build reports.
-  function shrink(section) {
-    for (let size = SIZES.at(-1); size > 0.3 && tall(section) > ROOM; size -= 0.04) section.style.fontSize = `${size}em`;
-    if (parseFloat(section.style.fontSize) < SMALLEST) section.dataset.small = section.style.fontSize;
+  // ---- filling slides with units -------------------------------------------------------------------------------
+
+  function fill(first) {
+    const waiting = [...first.children];
+    let here = first;
+    here.replaceChildren();
+    while (waiting.length) {
+      const unit = waiting.shift();
+      here.append(unit);
+      if (fits(here)) continue;
+      if (here.querySelectorAll(".unit").length > 1) {
+        unit.remove();
+        fits(here, true);
+        if (isAfterthought(unit)) {
+          onlySay(unit, here);
+          continue;
+        }
+        here = next(here, unit);
+        if (fits(here)) continue;
+      }
+      const rest = cut(here, unit);
+      if (!rest) {
+        if (!fits(here, true)) here.dataset.small = "true";
+        continue;
+      }
+      waiting.unshift(rest);
+    }
   }
 
-  const leaves = () => document.querySelectorAll(".slides > section > section");
-  const blocks = () => document.querySelectorAll(".slides pre, .slides table, .slides .formula");
-  for (const output of document.querySelectorAll(".slides pre.output")) {
-    if (output.clientWidth < 0.78 * output.scrollWidth) output.style.whiteSpace = "pre-wrap"; // or its type would be tiny
+  // A slide that goes on: the heading again, and before code, formulas and pictures the sentence that leads to them.
+  function next(here, unit) {
+    const following = element("section", "");
+    const heading = [...here.querySelectorAll("h1, h2, h3, .again")].at(-1);
+    if (heading) following.append(element("p", "again", ...copyOf(heading)));
+    const start = unit.querySelector(".piece > *");
+    if (start && !start.matches(TEXT) && !start.matches("ul, ol, blockquote")) {
+      const lead = texts(here).filter((t) => t.matches("p, li") && !t.matches(".again, .title")).at(-1);
+      if (lead) following.append(element("p", "echo", ...copyOf(lead)));
+    }
+    following.append(unit);
+    unit.querySelector(".piece")?.classList.remove("fragment"); // a slide does not begin empty
+    here.after(following);
+    return following;
   }
-  for (const section of leaves()) fit(section);
-  for (const block of blocks()) narrow(block);
+  const copyOf = (node) => [...node.cloneNode(true).childNodes];
+
+  // A short remark after the last thing to see is no slide of its own: it is said.
+  const isAfterthought = (unit) => !unit.querySelector("h1, h2, h3, pre, table, .formula, img, .omx-scene, strong, .predict") && words(unit) <= FEW_WORDS;
+  function onlySay(unit, section) {
+    const note = unit.querySelector(".note") ?? element("div", "note");
+    if (!note.querySelector(".say")) note.append(element("div", "say", ...unit.querySelectorAll(":scope > .piece > *")));
+    [...section.querySelectorAll(".unit")].at(-1).append(note);
+  }
+
+  // Move what does not fit to a new unit, from a place where a break does least harm; null where there is nothing to part.
+  function cut(section, unit) {
+    apart(unit);
+    const rest = element("div", "unit"), atoms = [...unit.querySelectorAll(":scope > .piece > *")];
+    const counts = atoms.map((node) => !heads(node));
+    let kept = atoms.length;
+    const move = () => {
+      const atom = atoms[--kept], piece = atom.parentElement;
+      if (rest.firstElementChild?.from !== piece) rest.prepend(Object.assign(element("div", piece.className), { from: piece }));
+      rest.firstElementChild.prepend(atom);
+      if (!piece.children.length) piece.remove();
+    };
+    const least = Math.max(1, counts.indexOf(true) + 1);
+    while (kept > least && !fits(section)) move();
+    if (kept === atoms.length) return null;
+    const good = (i) => !heads(atoms[i - 1]) && !leads(atoms[i - 1], atoms[i]) && !isOne(atoms[i - 1], atoms[i]);
+    let best = kept;
+    while (best > least && !good(best)) best--;
+    if (!good(best)) best = evenly(atoms, kept);
+    while (kept > best) move();
+    fits(section, true);
+    return rest;
+  }
+  const heads = (node) => node.matches("h1, h2, h3, .title");
+  const leads = (node, next) => (node.matches("p, blockquote.lead") && !next.matches("p")) || (node.matches(".code") && !next.matches("p"));
+  const isOne = (node, next) => (node.matches(".part") && next.matches(".part") && node.tagName === next.tagName);
+  // Where a break is in the middle of a list, both halves get as much.
+  function evenly(atoms, kept) {
+    let [start, end] = [kept, kept];
+    while (start > 0 && atoms[start - 1].matches(".part")) start--;
+    while (end < atoms.length && atoms[end].matches(".part")) end++;
+    return end - start < 2 ? kept : Math.min(kept, Math.ceil((start + end) / 2));
+  }
+
+  // Lists, tables and long quotations can part between their items.
+  function apart(unit) {
+    for (const list of unit.querySelectorAll(".piece > blockquote > :is(ul, ol)")) part(list, [...list.children]);
+    for (const list of unit.querySelectorAll(".piece > :is(ul, ol, table, blockquote, .formulas)")) {
+      part(list, [...(list.querySelector("tbody") ?? list).children].filter((item) => !item.matches("thead")));
+    }
+  }
+  function part(list, items) {
+    if (items.length < 2) return;
+    const head = list.matches("table") ? list.querySelector("thead") : null;
+    const parts = items.map((item, i) => {
+      const piece = list.cloneNode(false);
+      piece.append(...(head ? [head.cloneNode(true)] : []), item);
+      if (list.matches("ol")) piece.start = (list.start || 1) + i;
+      piece.classList.add("part");
+      if (list.matches("blockquote") && item.matches("p")) piece.classList.add("lead");
+      return piece;
+    });
+    list.replaceWith(...parts);
+  }
+
+  // What has stayed beside its neighbours is one list, one table again.
+  function together(section) {
+    for (const kind of ["blockquote", "ul", "ol", "table", ".formulas"]) {
+      for (const node of section.querySelectorAll(`${kind}.part`)) {
+        const before = node.previousElementSibling;
+        if (!before?.matches(`${kind}.part`)) continue;
+        before.append(...[...node.children].filter((child) => !child.matches("thead")));
+        node.remove();
+      }
+    }
+  }
+
+  // ---- notes ---------------------------------------------------------------------------------------------------
+
+  function tellNotes(slides) {
+    const seconds = slides.map((slide) => [...slide.querySelectorAll(".note")].reduce((sum, note) => sum + Number(note.dataset.seconds), 0));
+    const whole = Math.round(seconds.reduce((a, b) => a + b, 0) / 60);
+    let start = 0;
+    slides.forEach((slide, i) => {
+      const minutes = seconds[i] < 60 ? "less than a minute" : `about ${Math.round(seconds[i] / 60)} min`;
+      const clock = element("p", "clock", `Slide ${i + 1} of ${slides.length}: ${minutes}, from minute ${Math.floor(start / 60)} of ${whole}.`);
+      start += seconds[i];
+      const notes = [...slide.querySelectorAll(".note")];
+      slide.append(element("aside", "notes", clock, ...notes.flatMap((note) => [...note.children])));
+      for (const note of notes) note.remove();
+    });
+  }
+
+  // ---- on paper ------------------------------------------------------------------------------------------------
+
+  function lay(slides) {
+    const sheets = slides.map((slide, i) => {
+      const notes = slide.querySelector("aside.notes");
+      notes.remove();
+      const frame = element("div", "frame", element("div", "reveal", element("div", "slides", slide)));
+      const number = element("p", "number", `${i + 1} / ${slides.length}`);
+      return element("article", "sheet", element("div", "left", frame, number), ...(printing === "notes" ? [element("div", "said", ...notes.childNodes)] : []));
+    });
+    document.querySelector("link[href$='reveal.css']").remove();
+    document.documentElement.className = document.body.className = `paper ${printing}`;
+    const page = { slides: `${WIDTH}px ${HEIGHT}px; margin: 0`, four: "A4 landscape; margin: 11mm", notes: "A4; margin: 14mm" }[printing];
+    document.head.append(element("style", "", `@page { size: ${page}; }`));
+    document.querySelector("main").replaceChildren(...sheets);
+    document.querySelector("main").className = "sheets";
+  }
+
+  // ---- keys ----------------------------------------------------------------------------------------------------
+
+  // A clicker's keys are always the speaker's: what a hand has touched lets go of the keyboard, and a scene hands its keys on.
+  function keepKeys() {
+    const letGo = () => setTimeout(() => document.activeElement?.closest(".slides")?.contains(document.activeElement) &&
+      !document.activeElement.matches("iframe") && document.activeElement.blur());
+    for (const end of ["pointerup", "pointercancel"]) window.addEventListener(end, letGo);
+    window.addEventListener("keydown", (event) => {
+      const step = { PageDown: () => Reveal.next(), PageUp: () => Reveal.prev() }[event.key];
+      if (!step || event.ctrlKey || event.altKey || event.metaKey) return;
+      event.preventDefault();
+      event.stopImmediatePropagation();
+      step();
+    }, { capture: true });
+    window.addEventListener("message", ({ data, source }) => {
+      if (data?.omx === "key" && [...document.querySelectorAll("iframe")].some((f) => f.contentWindow === source)) Reveal.triggerKey(data.code);
+    });
+  }
+
+  const leaves = () => [...document.querySelectorAll(".slides > section > section")];
+  for (const section of leaves()) fill(section);
+  for (const section of leaves()) {
+    together(section);
+    if (!fits(section)) fits(section, true);
+  }
+  tellNotes(leaves());
   document.body.classList.remove("measuring");
-
-  await Reveal.initialize({
-    width: WIDTH, height: HEIGHT, margin: 0.03, center: false, hash: true, slideNumber: "c/t", transition: "none",
-    pdfSeparateFragments: false, plugins: [RevealNotes],
-    controlsTutorial: false, overview: true,
-  });
+  if (printing) lay(leaves());
+  else {
+    keepKeys();
+    await Reveal.initialize({
+      width: WIDTH, height: HEIGHT, margin: 0.03, center: false, hash: true, slideNumber: "c/t", transition: "none",
+      plugins: [RevealNotes], controlsTutorial: false, overview: true,
+    });
+  }
   document.body.dataset.ready = "true";
 })();

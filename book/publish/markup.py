@@ -1,0 +1,137 @@
+"""Prose, code and outputs of a notebook as the HTML of slides and of other pages without Sphinx."""
+
+import html
+import math
+import re
+from itertools import accumulate, groupby
+
+from markdown_it import MarkdownIt
+from mdit_py_plugins.amsmath import amsmath_plugin
+from mdit_py_plugins.dollarmath import dollarmath_plugin
+from pygments import highlight
+from pygments.formatters import HtmlFormatter
+from pygments.lexers import PythonLexer
+
+from book.chapters import cells
+from book.chapters.cells import text_of
+from book.publish import pages, screen
+
+MOST_LINES = 20
+FORMULA = '<div class="formula">'
+LINK = re.compile(r"\[([^\[\]]*)\]\((?!https?:)[^()#]*?([\w-]+)\.(ipynb|md)(?:#[^()]*)?\)")
+
+
+def rendered(cell):
+    """The pieces of a code cell's HTML: the code, and its outputs."""
+    if "hide-input" not in cells.tags(cell) and not shows_picture(cell):
+        yield listed_code(cells.source(cell))
+    if "hide-output" not in cells.tags(cell):
+        pieces = [piece for output in cell.get("outputs", []) for piece in result(output)]
+        for are_formulas, group in groupby(pieces, lambda piece: piece.startswith(FORMULA)):
+            yield f'<div class="formulas">{"".join(group)}</div>' if are_formulas else "".join(group)
+
+
+def shows_picture(cell):
+    """Does the cell show a scene or a figure? On a slide that speaks for itself, without the call that drew it."""
+    data = [output.get("data", {}) for output in cell.get("outputs", [])]
+    return any("omx-scene" in text_of(d.get("text/html", "")) or any(m.startswith("image/") for m in d) for d in data)
+
+
+def code(source):
+    return highlight(source, PythonLexer(), HtmlFormatter(cssclass="code"))
+
+
+def listed_code(source):
+    """Code whose lines, should one be too long for a slide, go on indented."""
+    before, inside, after = re.split(r"(?<=<span></span>)|(?=</pre>)", code(re.sub(r"\n{3,}", "\n\n", source)))
+    lines = [f'<span class="line">{line or " "}</span>' for line in inside.rstrip("\n").split("\n")]
+    return f"{before}{''.join(lines)}{after}"
+
+
+def result(output):
+    """One output: a scene or table as it is, a picture with its alt text, a formula, or text."""
+    if output["output_type"] == "stream":
+        yield from listing(text_of(output["text"]))
+    elif output["output_type"] == "error":
+        yield f'<pre class="output error">{html.escape(output["ename"] + ": " + output["evalue"])}</pre>'
+    else:
+        yield rich(output["data"], output.get("metadata", {}))
+
+
+def listing(text):
+    """Printed text, in blocks that fit a slide."""
+    for block in blocks(text.rstrip("\n").splitlines()):
+        words = "\n".join(block)
+        yield f'<pre class="output">{html.escape(words)}</pre>'
+
+
+def blocks(lines):
+    """Lines in blocks of at most `MOST_LINES`, as even as can be, cut where no bracket is open, at best at a blank line."""
+    while len(lines) > MOST_LINES:
+        depth = list(accumulate(sum(map(line.count, "([{")) - sum(map(line.count, ")]}")) for line in lines))
+        even = math.ceil(len(lines) / math.ceil(len(lines) / MOST_LINES))
+        cuts = [i for i in range(even // 2, MOST_LINES + 1) if depth[i - 1] == 0] or [even]
+        cut = min(cuts, key=lambda i: (bool(lines[i].strip()), abs(i - even)))
+        yield lines[:cut]
+        lines = lines[cut:]
+    yield lines
+
+
+def rich(data, metadata):
+    if "text/html" in data:
+        return pages.explained(data)
+    if "image/svg+xml" in data:
+        return f'<div class="figure">{text_of(data["image/svg+xml"])}</div>'
+    if "image/png" in data:
+        about = metadata.get("image/png", {})
+        alt = html.escape(about.get("alt") or text_of(data.get("text/plain", "")))
+        width = f' width="{about["width"]}"' if about.get("width") else ""
+        return f'<img alt="{alt}"{width} src="data:image/png;base64,{text_of(data["image/png"]).strip()}">'
+    if "text/latex" in data:
+        return formula(text_of(data["text/latex"]))
+    if "text/markdown" in data:
+        return prose(text_of(data["text/markdown"]))
+    return f'<pre class="output">{html.escape(text_of(data.get("text/plain", "")))}</pre>'
+
+
+def formula(latex):
+    """SymPy's `$\\displaystyle ...$` as a displayed formula."""
+    body = re.sub(r"^\$+(\\displaystyle)?|\$+$", "", latex.strip()).strip()
+    return f"{FORMULA}\\[{html.escape(body)}\\]</div>"
+
+
+def prose(text):
+    """Markdown as HTML: the dialect of the pages, with links to chapters leading to their decks."""
+    return _MARKDOWN.render(LINK.sub(link, text))
+
+
+def screened(source, whole=False):
+    """The HTML of prose for the screen, the HTML of what is only said, and the heading if there is nothing else."""
+    tokens = _MARKDOWN.parse(LINK.sub(link, screen.COMMENT.sub("", source)))
+    shown, said = screen.split(tokens, _MARKDOWN.parseInline, whole)
+    title = shown[1].content if [t.type for t in shown] == ["heading_open", "inline", "heading_close"] else ""
+    render = lambda some: _MARKDOWN.renderer.render(some, _MARKDOWN.options, {})
+    return render(shown).strip(), render(said).strip(), html.escape(title)
+
+
+def link(found):
+    """Another chapter is another deck; what is only on the site keeps its words and loses its link."""
+    words, name, kind = found.groups()
+    return f"[{words}]({name}.html)" if kind == "ipynb" else words
+
+
+def _maths(tokens, index, _options, _env, *, display):
+    body = html.escape(tokens[index].content.strip())
+    return f"{FORMULA}\\[{body}\\]</div>" if display else f"\\({body}\\)"
+
+
+def _reader():
+    reader = MarkdownIt("commonmark", {"html": True}).enable("table").use(dollarmath_plugin).use(amsmath_plugin)
+    rules = reader.renderer.rules
+    rules["math_inline"] = lambda *a: _maths(*a[:4], display=False)
+    for name in ("math_block", "math_block_label", "math_inline_double", "amsmath"):
+        rules[name] = lambda *a: _maths(*a[:4], display=True)
+    return reader
+
+
+_MARKDOWN = _reader()

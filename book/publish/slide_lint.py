@@ -1,0 +1,131 @@
+"""What a slide must keep so that the last row can read it: `python run.py slides --check` looks at every deck.
+
+    python -m book.publish.slide_lint                   # all decks in build/slides
+    python -m book.publish.slide_lint build/slides/03*  # these
+
+Nothing leaves the slide, at most 75 words, no type under 18 of 720 pixels, no slide with only a heading, and no code
+without a sentence that says what it is for. Needs Chromium or Chrome.
+"""
+
+import sys
+from collections import Counter
+from pathlib import Path
+
+from book.publish import handout
+from book.setup.paths import BUILD, Stop
+
+MOST_WORDS, SMALLEST_PX = 75, 18
+
+#: What each slide shows, all fragments on: its size beyond the slide (px), words, smallest type (px), and of what kind.
+MEASURE = """() => {
+  Reveal.configure({ transition: "none" });
+  const skipped = "aside, pre, mjx-container, svg, .omx-scene, .omx-controls, .omx-note, .katex";
+  const word = /[\\p{L}]/u;
+  const own = (node) => [...node.childNodes].some((c) => c.nodeType === 3 && c.data.trim());
+  return Reveal.getSlides().map((slide) => {
+    const { h, v } = Reveal.getIndices(slide);
+    Reveal.slide(h, v, 99);
+    const parts = [...slide.querySelectorAll("*")].filter((c) => !c.closest("aside, mjx-container, svg, .omx-scene"));
+    const seen = parts.filter((c) => c.offsetWidth && c.offsetHeight);
+    const box = slide.getBoundingClientRect(), scale = box.width / 1280;
+    const edges = [...seen, ...slide.querySelectorAll("mjx-container svg")].filter((c) => !c.closest("aside"))
+      .map((c) => c.getBoundingClientRect());
+    const wide = seen.filter((c) => c.matches("pre, table, .formula, p, li") && c.scrollWidth > c.clientWidth + 3);
+    const texts = seen.filter((c) => own(c) && !c.matches("sub, sup"));
+    const formulas = [...slide.querySelectorAll("mjx-container")].filter((c) => !c.closest("aside"));
+    const type = [...texts, ...formulas].map((c) => [parseFloat(getComputedStyle(c).fontSize), c]);
+    const [smallest, culprit] = type.reduce((a, b) => (b[0] < a[0] ? b : a), [99, null]);
+    const clone = slide.cloneNode(true);
+    for (const c of clone.querySelectorAll(skipped)) c.remove();
+    const words = (node) => node.textContent.split(/[\\s\\u2009]+/).filter((w) => word.test(w)).length;
+    const all = words(clone);
+    for (const c of clone.querySelectorAll("h1, h2, h3, .again")) c.remove();
+    return {
+      title: slide.querySelector("h1, h2, h3, .again")?.textContent ?? slide.innerText.slice(0, 40),
+      below: Math.max(0, ...edges.map((e) => (e.bottom - box.top) / scale - 720)),
+      right: Math.max(0, ...edges.map((e) => (e.right - box.left) / scale - 1280)),
+      cut: wide.length, words: all, smallest, culprit: culprit?.className || culprit?.tagName || "",
+      bare: !words(clone) && !slide.querySelector("pre, mjx-container, img, svg, table, .omx-scene"),
+      code: slide.querySelectorAll(".code").length, unsaid: !!slide.querySelector(".code") && !clone.querySelector("p, li, td"),
+      notes: (slide.querySelector("aside.notes")?.textContent ?? "").split(/\\s+/).length - 1,
+      picture: !!slide.querySelector("img, .omx-scene"),
+    };
+  });
+}"""
+
+#: For measuring: scenes keep their room and are not loaded.
+NO_SCENES = "window.IntersectionObserver = class { observe() {} unobserve() {} disconnect() {} };"
+
+#: The faults of a slide, by what is said of it.
+FAULTS = {
+    "leaves the slide": lambda s: s["below"] > 1 or s["right"] > 1 or s["cut"],
+    f"more than {MOST_WORDS} words": lambda s: s["words"] > MOST_WORDS,
+    f"type under {SMALLEST_PX} px": lambda s: s["smallest"] < SMALLEST_PX - 0.05,
+    "only a heading": lambda s: s["bare"],
+    "code without a sentence": lambda s: s["unsaid"],
+}
+
+
+def faults(slide):
+    """What is wrong with a slide, given what `MEASURE` saw of it."""
+    return [name for name, is_so in FAULTS.items() if is_so(slide)]
+
+
+def measure(page):
+    """What each slide of the deck shows that is open and ready in `page`, in order."""
+    return page.evaluate(MEASURE)
+
+
+def problems(name, slides):
+    """Lines `03-... slide 4 (its heading): what is wrong`."""
+    for number, slide in enumerate(slides, 1):
+        for fault in faults(slide):
+            seen = f"{slide['words']} words, {slide['smallest']:.1f} px ({slide['culprit']}), {slide['below']:.0f} px below"
+            yield f"{name}, slide {number} ({slide['title'][:40]}): {fault}: {seen}, {slide['right']:.0f} px right"
+
+
+def look(decks):
+    """The slides of each deck, by its name, as a browser shows them. Raises `Stop` without a browser."""
+    seen = {}
+    with handout.chromium() as running:
+        for deck in decks:
+            page = running.new_page(viewport={"width": 1280, "height": 720})
+            page.set_default_timeout(handout.PATIENCE_MS)
+            page.add_init_script(NO_SCENES)
+            page.goto(deck.as_uri())
+            page.wait_for_selector("body[data-ready]")
+            seen[deck.stem] = measure(page)
+            page.close()
+    return seen
+
+
+def report(seen):
+    """The lines of a table: how many slides, words, and the share of each fault."""
+    slides = [slide for deck in seen.values() for slide in deck]
+    counts = Counter(fault for slide in slides for fault in faults(slide))
+    yield f"{len(slides)} slides in {len(seen)} decks, {sum(s['words'] for s in slides) / len(slides):.0f} words a slide"
+    for name in FAULTS:
+        yield f"{counts[name]:5} {100 * counts[name] / len(slides):5.1f} %  {name}"
+    quiet = sum(not s["notes"] for s in slides)
+    yield f"{quiet:5} {100 * quiet / len(slides):5.1f} %  without a note"
+
+
+def check(decks):
+    """Print what is wrong with these decks; how many faults."""
+    seen = look(decks)
+    found = [line for name, slides in seen.items() for line in problems(name, slides)]
+    print("\n".join([*found, *report(seen)]))
+    return len(found)
+
+
+def main(argv):
+    decks = [Path(name) for name in argv] or sorted((BUILD / "slides").glob("[0-9]*.html"))
+    try:
+        return 1 if check([deck.resolve() for deck in decks if deck.suffix == ".html"]) else 0
+    except Stop as error:
+        print(f"slides: {error}", file=sys.stderr)
+        return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
