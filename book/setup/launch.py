@@ -27,6 +27,9 @@ COMMANDS = (
     Command("reset", "notebooks", ("-m book.reader.folder reset",), "a chapter as it was; yours is kept: reset 03"),
     Command("solution", "notebooks", ("-m book.reader.solutions",), "show the solution of an exercise: solution 3.1"),
     Command("handin", "notebooks", ("-m book.reader.handin",), "a chapter and its results as one HTML file: handin 03"),
+    Command(
+        "export", "book/reader/export.py", ("-m book.reader.export",), "the arm as a file for ROS, MuJoCo: export urdf"
+    ),
     Command("test", "tests", ("-m pytest",), "run every test: test [pytest's own options, or lite]"),
     Command("check", "book/chapters/check.py", ("-m book.chapters.check",), "lint code and chapters: check [chapter]"),
     Command("new-chapter", "book/chapters/new.py", ("-m book.chapters.new",), "begin a chapter: new-chapter TOPIC"),

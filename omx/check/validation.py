@@ -79,5 +79,5 @@ def as_truth(answer, name: str) -> bool:
 def _described(answer) -> str:
     if callable(answer):
         return "a function: call it, with its arguments in brackets"
-    text = repr(answer)
+    text = " ".join(repr(answer).split())
     return f"{text if len(text) < 60 else text[:57] + '...'} ({type(answer).__name__})"

@@ -37,11 +37,11 @@ MOVING = ("revolute", "continuous", "prismatic")
 
 
 def text(arm: Geometry | Chain = COURSE, *, maker_base: bool = False) -> str:
-    """The URDF of an arm: links `base`, `link1` .. `linkn`, `tool`, and a joint between each two.
+    """The URDF of an arm: links `base_link`, `link1` .. `linkn`, `tool`, and a joint between each two.
 
     A `Geometry` brings the arm's limits, masses and shapes, and the servos' stall torque and no-load speed; any other
     `Chain` its limits, and shapes made from its rows (effort and velocity are 0 then: not stated). `maker_base`: the
-    link `base` stands where the maker's, and so ROS's, base frame is, 12 mm behind the axis of joint 1. Raises
+    link `base_link` stands where the maker's, and so ROS's, base frame is, 12 mm behind the axis of joint 1. Raises
     `BadInput` for what URDF cannot say: symbols, a sliding joint without ends, a turning joint with one end.
     """
     arm = as_arm(arm)
@@ -57,7 +57,7 @@ def text(arm: Geometry | Chain = COURSE, *, maker_base: bool = False) -> str:
         compiler |= {"boundmass": "0.01", "boundinertia": "1e-05"}
     ElementTree.SubElement(ElementTree.SubElement(robot, "mujoco"), "compiler", compiler)
     _add(_add(robot, "material", name="grey"), "color", rgba="0.6 0.62 0.65 1")
-    links = ["base", *(f"link{i}" for i in range(1, len(chain) + 1)), "tool"]
+    links = ["base_link", *(f"link{i}" for i in range(1, len(chain) + 1)), "tool"]
     parts = _arm_parts(arm) if isinstance(arm, Geometry) else _row_parts(chain)
     for name, part in zip(links, parts, strict=True):
         _write_link(robot, name, part)

@@ -67,7 +67,7 @@ def test_yourdfpy(name):
     assert robot.actuated_joint_names == list(chain.names)
     for row in in_m(chain, q):
         robot.update_cfg(row)
-        found.append(in_mm(robot.get_transform("tool", "base")))
+        found.append(in_mm(robot.get_transform("tool", "base_link")))
     assert worst(found, wanted(chain, q, maker_base)) < NEAR
 
 
