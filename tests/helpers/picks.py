@@ -60,7 +60,8 @@ def pick(draw, radius: float, turn: float) -> tuple[bool, bool]:
     """Does the hand hold the cup in the end, and do the true angles at the bottom say so?"""
     at = np.array([radius * math.cos(turn), radius * math.sin(turn)])
     above, below = (omx.solve_ik([*at, z, DOWN]).q for z in (90, 45))
-    arm = VirtualArm(q=above, backlash_deg=PLAY)
+    elsewhere = (turn + draw.choice((-0.4, 0.4)), *above[1:])
+    arm = VirtualArm(q=elsewhere, backlash_deg=PLAY)
     for servo in arm.servos[:4]:
         servo.encoder = Encoder(math.radians(RIPPLE), draw.uniform(-math.pi, math.pi))
         servo.mount = math.radians(draw.normal(0, HORN))
@@ -68,6 +69,7 @@ def pick(draw, radius: float, turn: float) -> tuple[bool, bool]:
     robot = Robot(VirtualPort(arm, SteppedClock()))
     robot.write_motor_state(True)
     robot.release()
+    robot.move_to(np.degrees(above), 1.5)
     robot.move_to(np.degrees(below), 1.5)
     foreseen = world.between(arm.q, arm.opening) == "cup" and world["cup"].standing
     robot.grip(payload_g=30)

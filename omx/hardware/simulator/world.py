@@ -332,8 +332,8 @@ class World:
                 self._drop(thing)
             for other in self._things.values():
                 near = dist(thing.T[:3, 3], other.T[:3, 3]) < thing.width + thing.height + other.width + other.height
-                if near and other not in (thing, self._held):
-                    self._push_away(other, thing.skin(), 1.0)
+                if near and other not in (thing, self._held) and (depth := _overlap(thing, other)) is not None:
+                    self._shift(other, depth)
         self._moved.clear()
 
     def _carried(self) -> list[Thing]:
@@ -383,6 +383,20 @@ def _over(one: Thing, other: Thing) -> bool:
     points = one.skin()
     points[:, 2] = other.T[2, 3]
     return bool((other.distances(points)[0] < 0).any())
+
+
+def _overlap(one: Thing, other: Thing) -> np.ndarray | None:
+    """The shortest horizontal way (3,) by which `other` comes clear of `one`; None if it is."""
+    if (other.distances(one.skin())[0] > 1 - TOUCH).all() and (one.distances(other.skin())[0] > 1 - TOUCH).all():
+        return None
+    apart = other.at - one.at
+    ways = [
+        _flat(apart),
+        *(_flat(thing.T[:3, i]) for thing in (one, other) for i in range(3) if abs(thing.T[2, i]) < 0.5),
+    ]
+    depths = [one.half(way) + other.half(way) - abs(apart @ way) for way in ways]
+    best = int(np.argmin(depths))
+    return ways[best] * np.copysign(depths[best], apart @ ways[best])
 
 
 def _flat(way) -> np.ndarray:
