@@ -55,6 +55,7 @@ class World:
         self._held: Thing | None = None
         self._grasp = np.eye(4)  # of what is held, in the tool frame
         self._gap: Thing | None = None  # what stands between the fingers
+        self._leaving: Thing | None = None  # what stood there, and the fingers have not come clear of yet
         self._moved: list[Thing] = []  # what has just come to another place, where something may be in its way
         self._film: list[tuple] = []
         self._looks = 0
@@ -180,7 +181,7 @@ class World:
 
     def _stand_between(self, between, T, opening):
         if self._gap and not self._within(self._gap, T):
-            self._gap, between = None, None
+            self._leaving, self._gap, between = self._gap, None, None
         if self._gap is None:
             around = (t for t in self._things.values() if self._within(t, T) and self._free(t, T, opening))
             self._gap = next(around, None)
@@ -191,18 +192,22 @@ class World:
         return between
 
     def _within(self, thing: Thing, T) -> bool:
-        """Is enough of the thing's middle line between the pads, however far they are apart?"""
+        return self._lap(thing, T) >= LAP
+
+    @staticmethod
+    def _lap(thing: Thing, T) -> float:
+        """How much (mm) of the thing's middle line is between the pads, however far they are apart."""
         down = UP * thing.half(UP)
         a, b = ((end - T[:3, 3]) @ T[:3, :3] for end in (thing.T[:3, 3] - down, thing.T[:3, 3] + down))
         low, high = 0.0, 1.0
         for start, way, (least, most) in zip(a[:2], (b - a)[:2], (PADS, (-PAD_HALF, PAD_HALF)), strict=True):
             if abs(way) < 1e-9:
                 if not least <= start <= most:
-                    return False
+                    return 0.0
                 continue
             ends = sorted(((least - start) / way, (most - start) / way))
             low, high = max(low, ends[0]), min(high, ends[1])
-        return (high - low) * 2 * thing.half(UP) >= LAP
+        return max(high - low, 0.0) * 2 * thing.half(UP)
 
     @staticmethod
     def _free(thing: Thing, T, opening: float) -> bool:
@@ -293,13 +298,14 @@ class World:
             thing = below
 
     def _topple(self, thing: Thing, way) -> None:
-        """It falls over towards `way` (3,), horizontal, and lies on the table."""
-        if not thing.round:
+        """It falls over towards `way` (3,), horizontal, and lies on the table; what is round and lies there rolls."""
+        if not thing.round:  # over one of the edges of its foot
             sides = [s * thing.T[:3, i] for i in range(3) for s in (1, -1) if abs(thing.T[2, i]) < 0.5]
             way = _flat(max(sides, key=lambda side: side @ way))
         riders = self._pile(thing)
         foot, high = thing.half(way), float(thing.T[2, 3])  # from higher up it comes to lie farther away
-        thing.turn(np.cross(UP, way), pi / 2)
+        if not thing.round or abs(thing.T[2, 2]) > 0.5:
+            thing.turn(np.cross(UP, way), pi / 2)
         thing.T[:3, 3] += way * (foot + high)
         thing.T[2, 3] = thing.half(UP)
         self._moved.append(thing)
@@ -310,6 +316,8 @@ class World:
 
     def _run_into(self, T, opening: float, parts) -> None:
         """The fingers, the hand, the forearm and what is carried move what is in their way."""
+        if self._leaving and self._lap(self._leaving, T) == 0:
+            self._leaving = None
         bodies = [(_fingers(T, opening), FINGER / 2, T[:3, 3], opening / 2 + 60), *map(_along, parts[3:5])]
         if self._held:
             held = self._held
@@ -319,7 +327,7 @@ class World:
                 continue
             for i, (points, radius, middle, reach) in enumerate(bodies):
                 near = dist(thing.T[:3, 3], middle) < reach + thing.width + thing.height
-                if near and not (i == 0 and thing in (self._gap, *self._carried())):
+                if near and not (i == 0 and thing in (self._gap, self._leaving, *self._carried())):
                     self._push_away(thing, points, radius, T if i == 3 else None)
 
     def _make_room(self) -> None:
@@ -347,6 +355,9 @@ class World:
             depth = radius - distances[deepest]
             if depth <= TOUCH:
                 return
+            if abs(out[deepest, 2]) < 0.7:  # of all that touch it, the lowest pushes: there it slides most easily
+                touching = np.flatnonzero(distances < distances[deepest] + 5 * TOUCH)
+                deepest = int(touching[points[touching, 2].argmin()])
             if out[deepest, 2] > 0.7 and T is not None:  # what is held comes down on it
                 self._slide_up(T, depth)
                 return
