@@ -16,6 +16,8 @@ from .geometry import COURSE, Geometry, as_geometry
 PAIRS = ((0, 3), (0, 4), (0, 5), (1, 4), (1, 5), (2, 5))
 #: Which of them can meet the table.
 OVER_THE_TABLE = (3, 4, 5)
+#: What the hand carries, a ball about the tool, comes after them: it can meet the base, the upper arm and the table.
+LOAD = 6
 
 
 class Capsule(NamedTuple):
@@ -27,8 +29,11 @@ class Capsule(NamedTuple):
     radius: float
 
 
-def capsules(q, geometry: Geometry = COURSE) -> tuple[Capsule, ...]:
-    """The arm at `q` (four numbers or columns, rad): base, upper arm, elbow, forearm, hand, fingers."""
+def capsules(q, geometry: Geometry = COURSE, load: float = 0.0) -> tuple[Capsule, ...]:
+    """The arm at `q` (four numbers or columns, rad): base, upper arm, elbow, forearm, hand, fingers.
+
+    Then, if it carries something that reaches `load` mm from the tool, that.
+    """
     T1, T2, T3, T4 = (_fk.frames_batch if isinstance(q, np.ndarray) else _fk.frames)(*q, *geometry.values)
     shoulder, elbow, wrist, tool = ((T[0][3], T[1][3], T[2][3]) for T in (T1, T2, T3, T4))
     beam = geometry.L2 * cos(geometry.delta)
@@ -43,19 +48,24 @@ def capsules(q, geometry: Geometry = COURSE) -> tuple[Capsule, ...]:
         Capsule("forearm", elbow, wrist, 22.0),
         Capsule("hand", wrist, palm, 23.0),
         Capsule("fingers", palm, _along(tool, ahead, 22.0), 13.0),
+        *([Capsule("load", tool, tool, load)] if load else []),
     )
 
 
-def gaps(q, geometry: Geometry = COURSE, table: float | None = 0.0) -> tuple[list[tuple[str, str]], np.ndarray]:
+def gaps(
+    q, geometry: Geometry = COURSE, table: float | None = 0.0, load: float = 0.0
+) -> tuple[list[tuple[str, str]], np.ndarray]:
     """The pairs of parts that can meet, by name, and the gap (mm, negative where they overlap) of each: (pairs, N).
 
-    `q` (N, 4) in rad. `table`: its height (mm) in the base frame; None leaves the table out.
+    `q` (N, 4) in rad. `table`: its height (mm) in the base frame; None leaves the table out. `load`: how far (mm) what
+    the hand carries reaches from the tool.
     """
-    parts = capsules(np.ascontiguousarray(np.transpose(q)), geometry)
-    pairs = [(parts[i].name, parts[j].name) for i, j in PAIRS]
-    found = [distance(parts[i], parts[j]) - parts[i].radius - parts[j].radius for i, j in PAIRS]
+    parts = capsules(np.ascontiguousarray(np.transpose(q)), geometry, load)
+    meeting = (*PAIRS, (0, LOAD), (1, LOAD)) if load else PAIRS
+    pairs = [(parts[i].name, parts[j].name) for i, j in meeting]
+    found = [distance(parts[i], parts[j]) - parts[i].radius - parts[j].radius for i, j in meeting]
     if table is not None:
-        over = [parts[i] for i in OVER_THE_TABLE]
+        over = [parts[i] for i in (OVER_THE_TABLE if not load else (*OVER_THE_TABLE, LOAD))]
         pairs += [(part.name, "table") for part in over]
         found += [np.minimum(part.a[2], part.b[2]) - part.radius - table for part in over]
     return pairs, np.array(np.broadcast_arrays(*found))

@@ -30,6 +30,9 @@ OFFSETS = ("o1", "o2", "o3", "o4")
 #: Every parameter that can be in error, and the most samples of one `spread`.
 KNOWN, MOST_SAMPLES = (*PARAMETERS, *OFFSETS), 10_000_000
 
+#: Smaller probabilities count as 0.
+TINY = 1e-12
+
 #: What `calibrate` fits. Not delta: it enters only as o2 + delta, o3 - delta, so offsets already say it all.
 FITTED = (*(name for name in PARAMETERS if name != "delta"), *OFFSETS)
 
@@ -195,3 +198,23 @@ def _fitted(names) -> tuple[str, ...]:
     if not found or len(set(map(str, found))) < len(found) or not set(map(str, found)) <= set(KNOWN):
         raise BadInput(f"`names` must be some of {', '.join(KNOWN)}, each once; got {shown(names)}.")
     return tuple(map(str, found))
+
+
+def binomial_interval(trials: int, chance: float, sure: float = 0.95) -> tuple[int, int]:
+    """(fewest, most) successes of `trials` independent tries that succeed with probability `chance`.
+
+    At least `sure` of all such series lie between them; less than half of the rest on either side. Raises `BadInput`.
+    """
+    trials = as_count(trials, "trials")
+    chance = as_number(chance, "chance", "a probability from 0 to 1", 0, 1)
+    tail = (1 - as_number(sure, "sure", "a share of all series, above 0 and below 1", TINY, 1 - TINY)) / 2
+    counts = np.arange(trials + 1)
+    ways = np.concatenate([[0.0], np.cumsum(np.log((trials - counts[:-1]) / counts[1:]))])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        logs = (
+            ways
+            + np.where(counts, counts * np.log(chance), 0)
+            + np.where(trials - counts, (trials - counts) * np.log1p(-chance), 0)
+        )
+    below = np.cumsum(np.exp(logs))
+    return int(np.searchsorted(below, tail)), int(np.searchsorted(below, 1 - tail))

@@ -35,6 +35,8 @@ RAMP = 0.25
 STALL_MA = 500.0
 #: Dry friction (Nm) in a joint, and how far (mm) a payload in the fingers is from the axis of joint 2.
 FRICTION, PAYLOAD_AT = 0.1, 380.0
+#: The farthest (mm) that something carried may reach from the tool.
+MOST_MM = 150.0
 
 
 @dataclass(frozen=True)
@@ -42,8 +44,8 @@ class Guard:
     """The limits that one arm is driven within.
 
     `table`: the height (mm) of the table in the base frame, None for no table. `speed_cap` in rad/s. `margin`:
-    how far (rad) commands stay inside `limits`. `payload_g`: what the gripper carries (g). Raises `BadInput` for
-    settings that cannot be kept.
+    how far (rad) commands stay inside `limits`. `payload_g`: what the gripper carries (g); `payload_mm`: how far it
+    reaches (mm) from the tool, all round. Raises `BadInput` for settings that cannot be kept.
     """
 
     geometry: Geometry = COURSE
@@ -52,6 +54,7 @@ class Guard:
     table: float | None = 0.0
     speed_cap: float = SPEED_CAP
     payload_g: float = 0.0
+    payload_mm: float = 0.0
 
     def __post_init__(self):
         limits = as_rows(self.limits, "limits", 2, "(low, high) a joint in rad").tolist()
@@ -74,6 +77,8 @@ class Guard:
         if not isinstance(self.geometry, Geometry):
             raise BadInput(f"`geometry` must be a Geometry, such as omx.COURSE; got {self.geometry!r}.")
         gravity.payload(self.payload_g)
+        if not _number(self.payload_mm) or not 0 <= self.payload_mm <= MOST_MM:
+            raise BadInput(f"`payload_mm` must be 0 .. {MOST_MM:.0f} mm from the tool; got {self.payload_mm!r}.")
 
     @property
     def soft_limits(self) -> tuple[tuple[float, float], ...]:
@@ -139,12 +144,12 @@ class Guard:
     def _gaps(self, way) -> tuple[list[tuple[str, str]], np.ndarray]:
         """The pairs of parts that can meet, and their gaps (mm) as commanded and as the arm sags: (2, pairs, N)."""
         sagged = [gravity.sagged(q, self.payload_g) for q in way.tolist()]
-        pairs, found = gaps(np.concatenate([way, sagged]), self.geometry, self.table)
+        pairs, found = gaps(np.concatenate([way, sagged]), self.geometry, self.table, self.payload_mm)
         return pairs, found.reshape(len(pairs), 2, len(way)).swapaxes(0, 1)
 
     def clearance(self, q) -> tuple[float, str, str]:
         """The smallest gap (mm; negative where parts overlap) and the names of the two parts it is between."""
-        pairs, found = gaps([q], self.geometry, self.table)
+        pairs, found = gaps([q], self.geometry, self.table, self.payload_mm)
         nearest = int(found[:, 0].argmin())
         return float(found[nearest, 0]), *pairs[nearest]
 

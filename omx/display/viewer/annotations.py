@@ -7,7 +7,7 @@ import numpy as np
 
 from ...arrays import as_number, shown
 from ...errors import BadInput
-from ..palette import AXES, BLUE, INK, NAMES, VERMILION
+from ..palette import AXES, BLUE, INK, NAMES, PALE, VERMILION
 from .mesh import Solid
 from .primitives import ball, cone, tube
 from .threejs import FLAT, ON_TOP, Drawing
@@ -147,6 +147,25 @@ def polyline(points, colour=VERMILION, radius: float = 1.2, on_top: bool = False
     """A round line through `points` (n, 3)."""
     solid = tube(points, radius, rgb(colour))
     return Drawing().solid(solid, _LABELLED if on_top else {**FLAT, "side": 0}, casts=False, order=5)
+
+
+def thing(width: float, height: float, is_round: bool, colour) -> Drawing:
+    """A box or a round thing about the origin, upright, its square tag on top. `colour` grey if nobody knows it."""
+    try:
+        colour = rgb(colour)
+    except BadInput:
+        colour = rgb(PALE)
+    half, top = width / 2, height / 2
+    solid = Solid()
+    if is_round:
+        solid.disc((0, 0), half, -top, top, colour)
+    else:
+        solid.box((-half, -half, -top), (half, half, top), colour)
+    tag = 0.9 * half / (math.sqrt(2) if is_round else 1)
+    solid.box((-tag, -tag, top - 0.5), (tag, tag, top + 0.2), rgb("white"), 0.1)
+    solid.box((-0.7 * tag, -0.7 * tag, top), (0.7 * tag, 0.7 * tag, top + 0.3), rgb(INK), 0.1)
+    solid.box((-0.7 * tag, 0, top), (0, 0.7 * tag, top + 0.4), rgb("white"), 0.1)
+    return Drawing().solid(solid)
 
 
 def target(size: float = 42.0) -> Drawing:

@@ -112,6 +112,18 @@ class Scene:
             raise BadInput(f"`points` must be finite, shape (N, 3) with N >= 2, in mm; got shape {points.shape}.")
         self._note(name, annotations.polyline(points, colour, radius))
 
+    def things(self, things) -> None:
+        """Draw what is on a table, such as `world.things`: boxes and cups. One that is there already is moved.
+
+        Each has a `name`, `width` and `height` (mm), is `round` or not, has a `colour`, and its middle at `T` (4, 4).
+        """
+        with self.channel.batch():
+            for one in things:
+                if one.name in self._notes:
+                    put_transform(self.channel, f"/meshcat/notes/{one.name}", column_major(_matrix(one.T)))
+                else:
+                    self._note(one.name, annotations.thing(one.width, one.height, one.round, one.colour), one.T)
+
     def target(self, pose) -> None:
         """Mark a target: [x, y, z, pitch] (mm, rad), or a pose (4, 4); None removes it."""
         if pose is None:

@@ -15,7 +15,7 @@ from .arm_data import arm_data
 from .arm_drawings import arm_drawings, finger_drawings, ghost_drawings, is_our_arm
 from .commands import delete
 from .environment import Camera
-from .linkage import Linkage
+from .linkage import Linkage, column_major
 from .moving_parts import Figure, put_object, put_property, put_transform
 from .scene import Scene
 from .trail import Trail
@@ -111,8 +111,7 @@ class View(Scene):
         self._gripper = float(travel)
         with self.channel.batch():
             for name, side in (("left", 1e-3), ("right", -1e-3)):
-                shift = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, side * travel, 1.0)
-                put_transform(self.channel, f"/meshcat/arm/4/{name}", shift)
+                put_transform(self.channel, f"/meshcat/arm/4/{name}", _moved(side * travel))
 
     # -- what is drawn about the pose ---------------------------------------------------------------------
 
@@ -203,10 +202,11 @@ class View(Scene):
             for name in list(self._notes):
                 self.remove(name)
 
-    def animate(self, qs, seconds: float = 4.0, loop: bool = True) -> None:
+    def animate(self, qs, seconds: float = 4.0, loop: bool = True, *, gripper=None, things=None) -> None:
         """Play the joint values `qs` (N, n), evenly spread over `seconds`; it plays on without Python.
 
         Between the rows the joints are interpolated. Setting `q` ends the animation; until then `q` is its first row.
+        `gripper` (N,): the fingers' travel (mm); `things`: the poses (N, 4, 4) of marks by their names: `world.film()`.
         """
         rows = [self.check(q) for q in qs]
         if len(rows) < 2:
@@ -218,6 +218,13 @@ class View(Scene):
         tracks = {path: [pose[i] for pose in poses] for figure in figures for i, path in figure.nodes}
         if self._section:
             tracks[_SECTION] = [_upright(q1) for q1 in joints[:, 0]]
+        if gripper is not None:
+            for name, side in (("left", 1e-3), ("right", -1e-3)):
+                tracks[f"/meshcat/arm/4/{name}"] = [_moved(side * float(travel)) for travel in gripper]
+        for name, poses in (things or {}).items():
+            if name not in self._notes:
+                raise BadInput(f"`things` names {name!r}, which is not in this scene: call `view.things` first.")
+            tracks[f"/meshcat/notes/{name}"] = [column_major(T) for T in poses]
         with self.channel.batch():
             self.q = rows[0]
             self.channel.put("set_animation", "", animation.pack(tracks, seconds, loop))
@@ -279,6 +286,11 @@ class View(Scene):
 def _tidy(value: float) -> str:
     """One decimal, and no minus before a zero."""
     return f"{round(value, 1) + 0.0:.1f}"
+
+
+def _moved(by: float) -> tuple[float, ...]:
+    """A shift along z by `by` (m)."""
+    return (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, by, 1.0)
 
 
 def _upright(q1: float) -> tuple[float, ...]:

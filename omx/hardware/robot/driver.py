@@ -90,9 +90,12 @@ class Driver:
         push = round(self.guard.push() / STALL_TORQUE * reg.REGISTERS["goal_pwm"].high)
         return {servo: min(push, self.condition.registers[servo]["pwm_limit"]) for servo in JOINT_IDS}
 
-    def carry(self, payload_g: float) -> None:
-        """From now on the gripper carries `payload_g` (g): joints may push so much harder, and not stretch as far."""
-        self.guard = replace(self.guard, payload_g=payload_g)
+    def carry(self, payload_g: float, payload_mm: float = 0.0) -> None:
+        """From now on the gripper carries `payload_g` (g): joints may push so much harder, and not stretch as far.
+
+        What reaches `payload_mm` from the tool must stay clear of table and arm, too.
+        """
+        self.guard = replace(self.guard, payload_g=payload_g, payload_mm=payload_mm)
         self.servos.pwm = self._pwm()
         if self.torque:
             self.servos.put_all(reg.block("goal_pwm"), {servo: (most,) for servo, most in self.servos.pwm.items()})

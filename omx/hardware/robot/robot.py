@@ -212,17 +212,18 @@ class Robot:
         sent, _ = self.driver.command(q.q, seconds)
         return _in_degrees(self.driver.arrive(sent))
 
-    def grip(self, force: float = GRIP_FORCE, payload_g: float | None = None) -> Grip:
+    def grip(self, force: float = GRIP_FORCE, payload_g: float | None = None, payload_mm: float = 0.0) -> Grip:
         """Close the gripper on something, wait until its fingers stand, and tell what they hold.
 
         `force` (N) is what either pad presses with, for as long as you like; rubber carries about its weight. With
-        `payload_g` the arm counts on that weight from now on, if there is something. What slips out later makes the
-        arm hold, and raises `ObjectLost`.
+        `payload_g` the arm counts on that weight from now on, if there is something; with `payload_mm` it keeps what
+        reaches so far from the tool clear of the table. What slips out later makes the arm hold, and raises
+        `ObjectLost`.
         """
         self.write_gripper(False, force)
         found = self.driver.gripper.settle()
-        if payload_g is not None and found.holding:
-            self.driver.carry(payload_g)
+        if found.holding and (payload_g is not None or payload_mm):
+            self.driver.carry(self.driver.guard.payload_g if payload_g is None else payload_g, payload_mm)
         return found
 
     def release(self) -> Grip:

@@ -17,6 +17,7 @@ from .grasp import Grasped
 from .joint import Joint
 from .servo import Servo
 from .servo_chain import Line
+from .world import EVERY
 
 STEP_S = 0.002
 #: No two arms have their stops at the same angles: at the start a joint may be this far (rad) beyond them.
@@ -66,6 +67,7 @@ class VirtualArm:
         self.plugged = True
         self.now = 0.0
         self._between: Grasped | None = None
+        self.world = None  # a `World` makes itself known here
         self._hand = (0.0,) * 5
         self._connected = None
         self.faults = Faults(self)
@@ -182,6 +184,7 @@ class VirtualArm:
             if self.busy:
                 self._step()
             else:
+                self._look()
                 self._pass(last)
 
     def _step(self):
@@ -189,6 +192,15 @@ class VirtualArm:
             joint.angle += joint.speed * STEP_S
         self._live(1)
         self._settle()
+        if self._steps % EVERY == 0:
+            self._look()
+
+    def _look(self):
+        """The world, if there is one, sees what the joints have done."""
+        if self.world:
+            before, self._between = self._between, self.world.look(self._between)
+            if self._between is not before:
+                self.disturb()
 
     def _pass(self, last: int):
         """Nothing moves until `last`: only temperatures and watchdogs notice that time passes."""
