@@ -1,8 +1,9 @@
-"""Sliders beside the 3-D arm: joint angles, the tool's pose with its four IK branches, a DH row, or a robot."""
+"""Sliders beside the 3-D arm: joint angles, the pose with its four IK branches, a DH row, a robot, a robot taught."""
 
 from .dh_row_panel import RowPanel
 from .joint_panel import JointPanel
 from .pose_panel import PosePanel
 from .robot_panel import RobotPanel
+from .teach_panel import TeachPanel
 
-__all__ = ["JointPanel", "PosePanel", "RobotPanel", "RowPanel"]
+__all__ = ["JointPanel", "PosePanel", "RobotPanel", "RowPanel", "TeachPanel"]

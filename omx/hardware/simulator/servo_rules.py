@@ -63,7 +63,7 @@ def apply(table: Table, name: str, before: int, planned: bool) -> list[Effect]:
     if name == "operating_mode" and table[name] != before:
         return _new_mode(table)
     if name in _GOALS:
-        return _new_goal(table, planned)
+        return _new_goal(table, name, planned)
     return []
 
 
@@ -85,9 +85,10 @@ def _new_mode(table: Table) -> list[Effect]:
     return [Effect.WRAP] if table["operating_mode"] == reg.MODES["position"] else []
 
 
-def _new_goal(table: Table, planned: bool) -> list[Effect]:
-    if table["torque_enable"]:
-        return [Effect.PLAN]
+def _new_goal(table: Table, name: str, planned: bool) -> list[Effect]:
+    if table["torque_enable"]:  # the goals of other modes lay nothing anew
+        goal = "goal_velocity" if table["operating_mode"] == reg.MODES["velocity"] else "goal_position"
+        return [Effect.PLAN] if name == goal else []
     if table["drive_mode"] & reg.DRIVE_TORQUE_BY_GOAL and not table["hardware_error"] & table["shutdown"]:
         table.put("torque_enable", 1)
         return _torque(table, planned)

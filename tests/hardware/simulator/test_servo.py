@@ -9,6 +9,7 @@ from omx.errors import BusTimeout, ServoFault, ServoRefused
 from omx.hardware.dynamixel import packet as pk
 from omx.hardware.dynamixel import registers as reg
 from omx.hardware.dynamixel import units
+from omx.hardware.robot.servo_group import MOTION_PUSHED
 from omx.hardware.simulator.servo import REBOOT_S
 from omx.hardware.simulator.wire_timing import Wire
 from tests.helpers.rigs import rig, send_to, stiffen
@@ -135,6 +136,20 @@ def test_time_based_the_move_takes_the_time_it_was_given(bus_arm_clock, seconds)
     assert clock.now() - began == pytest.approx(seconds, abs=0.011)
     clock.sleep(0.3)
     assert abs(bus.read(11, "present_position") - start - 400) <= 3
+
+
+def test_the_goals_of_other_modes_lay_no_trajectory(bus_arm_clock):
+    """One packet with a new current, profile and goal: the joint does not leap to the old goal in between."""
+    bus, _, clock = bus_arm_clock
+    stiffen(bus, 4.0)
+    bus.write(11, "goal_position", 3072)
+    clock.sleep(2.0)
+    bus.write(11, "profile_velocity", 0)
+    here = bus.read(11, "present_position")
+    bus.write_block(MOTION_PUSHED, {11: (1193, 0, 0, 200, here)})
+    clock.sleep(0.1)
+    assert abs(bus.read(11, "present_position") - here) < 40
+    assert here < 3000
 
 
 def test_velocity_based_the_set_point_follows_the_manuals_formula(bus_arm_clock):

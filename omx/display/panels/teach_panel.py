@@ -1,0 +1,125 @@
+"""`TeachPanel`: lead an arm by hand, let it do the same again, or let it follow another one, while a button is held.
+
+The buttons of `RobotPanel` are above: motors, STOP, and the rest. Whoever lets go of a button, or loses the page,
+makes the arm hold.
+"""
+
+import sys
+import threading
+
+import ipywidgets
+
+from ...dh import clipped
+from ...errors import BadInput
+from ...hardware.log import read_log
+from ...hardware.robot import teaching
+from ...motion.trajectory import joint_move
+from ..viewer.scene import mimebundle
+from ..viewer.view import View
+from .robot_panel import SILENCE_S, HoldButton, RobotPanel
+
+#: Turns a second of a replay, and of following a leader.
+REPLAY_RATE, LEAD_RATE = 50.0, 100.0
+#: The longest (s) that a button is held, and the slowest and fastest replay.
+LONGEST_S, SPEEDS = 600.0, (0.25, 2.0)
+
+
+class Released(Exception):
+    """Nobody holds the button any more."""
+
+
+class TeachPanel(ipywidgets.VBox):
+    """*Hold to teach*, *Hold to replay* and, with a `leader`, *Hold to follow*, for `robot`.
+
+    What was taught is the log at `path`; one that is there already can be replayed. `leader`: another `Robot`, or a
+    function that returns four angles (deg); it is followed a hundred times a second. Every motion passes the guard.
+    `watch=False` leaves out the threads: a button's first beat then does all until nobody holds it.
+    """
+
+    def __init__(self, robot, leader=None, *, path="taught.csv", view: View | None = None, watch: bool = True):
+        if watch and sys.platform == "emscripten":
+            raise BadInput("`TeachPanel` needs threads, which a browser's Python has not: use `robot.teach`.")
+        self.robot, self.leader, self.path = robot, leader, path
+        self.panel = RobotPanel(robot, view, watch=watch)
+        self._silent_at, self._watch = 0.0, watch
+        self._running = threading.Lock()
+        self.teach_button = self._button("Hold to teach", self._teach)
+        self.replay_button = self._button("Hold to replay", self._replay)
+        self.follow_button = self._button("Hold to follow", self._follow)
+        slow, fast = SPEEDS
+        self.speed = ipywidgets.FloatSlider(1.0, min=slow, max=fast, step=0.25, description="replay")
+        buttons = [self.teach_button, self.replay_button, *([self.follow_button] if leader else [])]
+        rows = [ipywidgets.HBox(buttons), ipywidgets.HBox([self.speed, ipywidgets.Label("times as fast as taught")])]
+        super().__init__([self.panel, *rows])
+
+    def __repr__(self) -> str:
+        return repr(self.panel)
+
+    def static_html(self, *, shared: bool = False) -> str:
+        """The joint sliders alone, as a page without a kernel has no robot."""
+        return self.panel.static_html(shared=shared)
+
+    def _repr_mimebundle_(self, **_) -> dict:
+        return mimebundle(self.panel.joints.view, self)
+
+    def close(self) -> None:
+        """End what runs, and the looks at the arm. The robot stays as it is."""
+        self._silent_at = 0.0
+        self.panel.close()
+        super().close()
+
+    # ---- the buttons ----
+
+    def _button(self, label: str, action) -> HoldButton:
+        button = HoldButton(label=label, plain=True)
+        button.observe(lambda _: self._beat(button, action), "beat")
+        return button
+
+    def _beat(self, button: HoldButton, action) -> None:
+        """One beat of the page: begin, go on, or end."""
+        self._silent_at = self.robot.clock.now() + SILENCE_S if button.held else 0.0
+        if button.held and not self._running.locked():
+            if self._watch:
+                threading.Thread(target=self._run, args=[action], name="omx teach panel", daemon=True).start()
+            else:
+                self._run(action)
+
+    def _run(self, action) -> None:
+        """Do it until nobody holds the button; what goes wrong is told by the panel above, and the arm holds."""
+        with self._running:
+            self.panel._try(self._until_released, action)
+
+    def _until_released(self, action) -> None:
+        try:
+            action()
+        except Released:
+            self.panel.joints.q = clipped(self.robot.q, self.robot.driver.guard.soft_limits)
+            self.panel._say("The arm holds.")
+        finally:
+            self._silent_at = 0.0
+
+    def _check_held(self, *_) -> None:
+        if self.robot.clock.now() > self._silent_at:
+            raise Released
+
+    # ---- what they do ----
+
+    def _teach(self) -> None:
+        self.panel._say("Lead the arm. It carries its weight; keep a hand at it.")
+        self.robot.teach(LONGEST_S, self.path, progress=self._check_held)
+
+    def _replay(self) -> None:
+        motion = teaching.trajectory(read_log(self.path), self.speed.value)
+        teaching.check_speed(self.robot.driver, motion, self.speed.value)
+        here, there = self.robot.q, motion.q[0]
+        seconds = 2.0 * self.robot.driver.guard.seconds(here, there) + 0.5
+        for part in (joint_move(here, there, seconds), motion):
+            self.robot.follow(part, REPLAY_RATE, each=self._check_held)
+        self.panel._say("Replayed. The arm holds.")
+
+    def _follow(self) -> None:
+        def where():
+            self._check_held()
+            return self.leader() if callable(self.leader) else self.leader.get_joints_readings()[0]
+
+        self.robot.follow_leader(where, LONGEST_S, LEAD_RATE)
