@@ -59,8 +59,10 @@
     section.removeAttribute("style");
     if (!must && words(section) > MOST_WORDS) return false;
     if (panel(section)) return above(section, must);
-    if (pictures(section).length === 1) return beside(section) || above(section, must);
-    return pictures(section).length ? above(section, must) : inType(section);
+    const [picture, more] = pictures(section);
+    if (picture && !must && section.querySelector(".code")) return false; // each wants the whole width
+    if (picture && !more) return beside(section) || above(section, must);
+    return picture ? above(section, must) : inType(section);
   }
 
   // The largest type in which everything stays on the slide.
@@ -78,7 +80,7 @@
     for (const group of [code, ...printed.map((pre) => [pre])]) {
       for (const pre of group) pre.classList.remove("wrapped");
       for (const pre of group) pre.style.fontSize = `${most}px`;
-      const px = Math.max(Math.min(20, most), most * Math.min(1, ...group.map((pre) => 0.995 * pre.clientWidth / pre.scrollWidth)));
+      const px = Math.max(Math.min(group === code ? 20 : 18, most), most * Math.min(1, ...group.map((pre) => 0.995 * pre.clientWidth / pre.scrollWidth)));
       for (const pre of group) {
         pre.style.fontSize = `${px}px`;
         if (pre.scrollWidth <= pre.clientWidth + 1) continue;
@@ -112,7 +114,7 @@
       const top = (heading ? heading.getBoundingClientRect().bottom - section.getBoundingClientRect().top : size("--top")) + 12;
       const height = BOTTOM - top, shape = shapeOf(picture);
       const width = shape ? Math.min(share * room, height / shape) : share * room;
-      if (picture.width && width / picture.getAttribute("width") < LETTERS) return leave();
+      if (shape && width === share * room && width / picture.getAttribute("width") < LETTERS) return leave();
       section.style.setProperty("--picture-width", `${width}px`);
       section.style.setProperty("--picture-height", `${shape ? width * shape : Math.min(height, width * 0.85)}px`);
       section.style.setProperty("--picture-top", `${top}px`);
@@ -178,9 +180,9 @@
     const heading = [...here.querySelectorAll("h1, h2, h3, .again")].at(-1);
     if (heading) following.append(element("p", "again", ...copyOf(heading)));
     const start = unit.querySelector(".piece > *");
-    if (start && !start.matches(TEXT) && !start.matches("ul, ol, blockquote")) {
+    if (start && !start.matches(`${TEXT}, ul, ol, table, blockquote`)) {
       const lead = texts(here).filter((t) => t.matches("p, li") && !t.matches(".again, .title")).at(-1);
-      if (lead) following.append(element("p", "echo", ...copyOf(lead)));
+      if (lead?.matches("p")) following.append(element("p", "echo", ...copyOf(lead.querySelector(".last") ?? lead)));
     }
     following.append(unit);
     unit.querySelector(".piece")?.classList.remove("fragment"); // a slide does not begin empty
@@ -267,7 +269,7 @@
   // ---- notes ---------------------------------------------------------------------------------------------------
 
   function tellNotes(slides) {
-    const seconds = slides.map((slide) => [...slide.querySelectorAll(".note")].reduce((sum, note) => sum + Number(note.dataset.seconds), 0));
+    const seconds = slides.map((slide) => [...slide.querySelectorAll(".note")].reduce((sum, note) => sum + Number(note.dataset.seconds || 0), 0));
     const whole = Math.round(seconds.reduce((a, b) => a + b, 0) / 60);
     let start = 0;
     slides.forEach((slide, i) => {
@@ -291,7 +293,7 @@
       return element("article", "sheet", element("div", "left", frame, number), ...(printing === "notes" ? [element("div", "said", ...notes.childNodes)] : []));
     });
     document.querySelector("link[href$='reveal.css']").remove();
-    document.documentElement.className = document.body.className = `paper ${printing}`;
+    document.documentElement.className = document.body.className = `on-paper print-${printing}`;
     const page = { slides: `${WIDTH}px ${HEIGHT}px; margin: 0`, four: "A4 landscape; margin: 11mm", notes: "A4; margin: 14mm" }[printing];
     document.head.append(element("style", "", `@page { size: ${page}; }`));
     document.querySelector("main").replaceChildren(...sheets);
