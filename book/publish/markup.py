@@ -18,7 +18,6 @@ from book.publish import pages, screen
 
 MOST_LINES = 20
 INLINE = re.compile(r"(\\\((?:(?!\\\)).)*\\\))([.,;:!?)\u201d\"]+)", re.DOTALL)
-FORMULA = '<div class="formula">'
 LINK = re.compile(r"\[([^\[\]]*)\]\((?!https?:)[^()#]*?([\w-]+)\.(ipynb|md)(?:#[^()]*)?\)")
 
 
@@ -28,7 +27,7 @@ def rendered(cell):
         yield listed_code(cells.source(cell))
     if "hide-output" not in cells.tags(cell):
         pieces = [piece for output in cell.get("outputs", []) for piece in result(output)]
-        for are_formulas, group in groupby(pieces, lambda piece: piece.startswith(FORMULA)):
+        for are_formulas, group in groupby(pieces, lambda piece: piece.startswith('<div class="formula')):
             together = "".join(group)
             yield f'<div class="formulas">{together}</div>' if are_formulas else together
 
@@ -97,9 +96,14 @@ def rich(data, metadata):
 
 
 def formula(latex):
-    """SymPy's `$\\displaystyle ...$` as a displayed formula."""
-    body = re.sub(r"^\$+(\\displaystyle)?|\$+$", "", latex.strip()).strip()
-    return f"{FORMULA}\\[{html.escape(body)}\\]</div>"
+    """SymPy's `$\\displaystyle ...$` as a displayed formula; a matrix and its numbers may part at the equals sign."""
+    body = html.escape(re.sub(r"^\$+(\\displaystyle)?|\$+$", "", latex.strip()).strip())
+    first, *others = re.split(r"(?<=\\right\]) = (?=\\left\[)", body)
+    if not others:
+        return f'<div class="formula">\\[{body}\\]</div>'
+    sides = [first, *(f"{{}} = {other}" for other in others)]
+    inside = "".join(f"<div>\\[{side}\\]</div>" for side in sides)
+    return f'<div class="formula equation">{inside}</div>'
 
 
 def prose(text):
@@ -128,7 +132,7 @@ def link(found):
 
 def _maths(tokens, index, _options, _env, *, display):
     body = html.escape(tokens[index].content.strip())
-    return f"{FORMULA}\\[{body}\\]</div>" if display else f"\\({body}\\)"
+    return f'<div class="formula">\\[{body}\\]</div>' if display else f"\\({body}\\)"
 
 
 def _reader():

@@ -25,8 +25,8 @@ DETAILS = re.compile(r"</?details\b")
 PARAGRAPH, END_OF_PARAGRAPH = Token("paragraph_open", "p", 1), Token("paragraph_close", "p", -1)
 COMMENT = re.compile(r"<!--.*?-->\n?", re.DOTALL)
 POINTS_BACK = re.compile(
-    r"\W*(It|Its|They|Their|This|That|These|Those|Here|There|Both|Each|One|Neither|Such|At such|Together|Instead|So|But|And"
-    r"|Then|Therefore|Because|Only|Even|The (other|second|last)|(With|From) (it|there|them|this))\b"
+    r"\W*(It|Its|They|Their|This|That|These|Those|Here|There|Both|Each|One|Neither|Such|At such|Together|Instead|So|But"
+    r"|And|Then|Therefore|Because|Only|Even|The (other|second|last)|(With|From) (it|there|them|this))\b"
 )
 ANSWERS = re.compile(r"(Because|Yes|No|Not)\b")
 

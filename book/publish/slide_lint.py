@@ -35,9 +35,11 @@ MEASURE = """() => {
     const formulas = [...slide.querySelectorAll("mjx-container")].filter((c) => !c.closest("aside"));
     const type = [...texts, ...formulas].map((c) => [parseFloat(getComputedStyle(c).fontSize), c]);
     const [smallest, culprit] = type.reduce((a, b) => (b[0] < a[0] ? b : a), [99, null]);
-    const images = seen.filter((c) => c.matches("img") && !c.closest(".omx-scene")).concat(...slide.querySelectorAll(".omx-scene"));
+    const rect = (c) => c.getBoundingClientRect();
+    const images = [...slide.querySelectorAll(".omx-scene, .piece > img")].map((c) => [c, rect(c)]);
     const lines = seen.filter((c) => c.matches("p, li, pre, td, h1, h2, h3") && !c.closest(".omx-controls"));
-    const over = (a, b) => Math.min(a.right, b.right) - Math.max(a.left, b.left) > 3 && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 3;
+    const beside = (a, b) => a.right < b.left + 3 || b.right < a.left + 3;
+    const apart = (a, b) => beside(a, b) || a.bottom < b.top + 3 || b.bottom < a.top + 3;
     const clone = slide.cloneNode(true);
     for (const c of clone.querySelectorAll(skipped)) c.remove();
     const words = (node) => node.textContent.split(/[\\s\\u2009]+/).filter((w) => word.test(w)).length;
@@ -47,7 +49,7 @@ MEASURE = """() => {
       title: slide.querySelector("h1, h2, h3, .again")?.textContent ?? slide.innerText.slice(0, 40),
       below: Math.max(0, ...edges.map((e) => (e.bottom - box.top) / scale - 720)),
       right: Math.max(0, ...edges.map((e) => (e.right - box.left) / scale - 1280)),
-      covered: images.some((c) => lines.some((l) => !c.contains(l) && over(c.getBoundingClientRect(), l.getBoundingClientRect()))),
+      covered: images.some(([c, place]) => lines.some((line) => !c.contains(line) && !apart(place, rect(line)))),
       cut: wide.length, words: all, smallest, culprit: culprit?.className || culprit?.tagName || "",
       bare: !words(clone) && !slide.querySelector("pre, mjx-container, img, svg, table, .omx-scene"),
       unsaid: !!slide.querySelector(".code") && !clone.querySelector("p, li, td"),

@@ -6,7 +6,7 @@
   const size = (name) => parseFloat(style.getPropertyValue(name));
   const WIDTH = size("--width"), HEIGHT = size("--height"), EDGE = size("--edge"), BOTTOM = HEIGHT - size("--foot");
   const TYPE = [[36, 24], [33, 23], [30, 22], [28, 21], [26, 20], [26, 18]]; // px of prose and of code, largest first
-  const MOST_WORDS = 75, FEW_WORDS = 20;
+  const MOST_WORDS = 75, FEW_WORDS = 20, SMALLEST_EQUATION = 20;
   const LETTERS = 1.22; // a figure's letters have 14.7 px; so many times as large, the last row can read them
   const TEXT = "p, li, td, th, h1, h2, h3";
   const printing = new URLSearchParams(location.search).get("print");
@@ -90,16 +90,27 @@
     }
     for (const block of section.querySelectorAll(".formula, table")) {
       if (!onScreen(block)) continue;
-      block.style.fontSize = "";
-      for (let tries = 0; tries < 3; tries++) {
-        const need = block.matches("table") ? block.offsetWidth : Math.max(block.scrollWidth, widthOf(block));
-        const most = block.matches("table") ? room : block.clientWidth;
-        if (need <= most + 1) break;
-        worst = Math.min(worst, most / need);
-        block.style.fontSize = `${parseFloat(getComputedStyle(block).fontSize) * (most / need) * 0.985}px`;
+      block.classList.remove("broken");
+      let scale = shrunk(block, room);
+      if (block.matches(".equation") && parseFloat(block.style.fontSize || SMALLEST_EQUATION) < SMALLEST_EQUATION) {
+        block.classList.add("broken"); // at its equals sign
+        scale = shrunk(block, room);
       }
+      worst = Math.min(worst, scale);
     }
     return worst;
+  }
+  function shrunk(block, room) {
+    block.style.fontSize = "";
+    let scale = 1;
+    for (let tries = 0; tries < 3; tries++) {
+      const need = block.matches("table") ? block.offsetWidth : Math.max(block.scrollWidth, widthOf(block));
+      const most = block.matches("table") ? room : block.clientWidth;
+      if (need <= most + 1) break;
+      scale *= most / need;
+      block.style.fontSize = `${parseFloat(getComputedStyle(block).fontSize) * (most / need) * 0.985}px`;
+    }
+    return scale;
   }
   const widthOf = (formula) => Math.max(0, ...[...formula.querySelectorAll("svg")].map((svg) => svg.getBoundingClientRect().width));
 
@@ -214,7 +225,8 @@
     const least = Math.max(1, counts.indexOf(true) + 1);
     while (kept > least && !fits(section)) move();
     if (kept === atoms.length) return null;
-    const good = (i) => !heads(atoms[i - 1]) && !leads(atoms[i - 1], atoms[i]) && !isOne(atoms[i - 1], atoms[i]);
+    const enough = (i) => atoms.slice(0, i).some((node) => !heads(node) && (!node.matches("p") || node.textContent.length > 100));
+    const good = (i) => enough(i) && !heads(atoms[i - 1]) && !leads(atoms[i - 1], atoms[i]) && !isOne(atoms[i - 1], atoms[i]);
     let best = kept;
     while (best > least && !good(best)) best--;
     if (!good(best)) best = evenly(atoms, kept);
