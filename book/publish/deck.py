@@ -6,15 +6,16 @@ its code, or a picture, is one `.unit`; `deck.js` fills slides with units and ma
 """
 
 import html
+import itertools
 import re
 from dataclasses import dataclass, field
 
-from book.chapters import cells
+from book.chapters import cells, lint_code
 from book.publish import markup
 
 HIDDEN = ("remove-cell", "solution", "check")
 EXERCISE = re.compile(r"### Exercise (\d+\.\d+) · (.+)")
-EFFORT = re.compile(r"\*Difficulty (\d) of 5, about (\d+) minutes\.\*")
+EFFORT = re.compile(r"\*Difficulty (\d) of 5, about (\d+) minutes\b")
 
 #: How long a class looks at things (s), beside the time to say the words: a line of code, a formula, a picture, ...
 WORDS_A_SECOND = 2.2
@@ -51,51 +52,88 @@ class Slide:
 
 def stacks(notebook):
     """The deck as a list of stacks (one an H2), each a list of `Slide`s; cells of type `skip` are left out."""
+    made = [[slide(cells_of_one) for cells_of_one in stack] for stack in grouped(notebook)]
+    table = exercises(notebook)
+    if table and made:
+        made[-1][-1].unit().pieces.append(table)
+        made[-1][-1].only_title = ""
+    return [titled(stack) for stack in made]
+
+
+def grouped(notebook):
+    """The cells that are shown or said, by stack and by slide; an exercise ends what is shown of its section."""
     out, in_exercises = [], False
-    for cell in notebook["cells"]:
+    for cell in itertools.chain.from_iterable(map(before_and_below, notebook["cells"])):
         kind = cells.slide_type(cell)
-        if "exercise" in cells.tags(cell):
-            in_exercises = True
-        elif kind == "slide":
-            in_exercises = False
-        if in_exercises or kind == "skip" or any(tag in HIDDEN for tag in cells.tags(cell)):
+        in_exercises = "exercise" in cells.tags(cell) or (in_exercises and kind != "slide")
+        if in_exercises or kind == "skip" or any(tag in HIDDEN for tag in cells.tags(cell)) or imports(cell):
             continue
         if kind == "slide" or not out:
-            out.append([Slide()])
+            out.append([[]])
         elif kind == "subslide":
-            out[-1].append(Slide())
-        add(out[-1][-1], cell, kind)
-    table = exercises(notebook)
-    if table and out:
-        out[-1][-1].unit().pieces.append(table)
-    return [titled([slide for slide in stack if slide.units]) for stack in out]
+            out[-1].append([])
+        out[-1][-1].append(cell)
+    return out
+
+
+def imports(cell):
+    return cells.is_code(cell) and lint_code.has_imports(cells.source(cell))
+
+
+def before_and_below(cell):
+    """A cell as it is; or cut where its heading stands below other text, which belongs to the slide before."""
+    cut = LATE_HEADING.match(cells.source(cell)) if not cells.is_code(cell) else None
+    if not cut or cells.headings(cell) == []:
+        return [cell]
+    above = {"cell_type": "markdown", "metadata": {}, "source": cut[1]}
+    return [above, {**cell, "source": cells.source(cell)[cut.end() :]}]
+
+
+LATE_HEADING = re.compile(r"(?!#)(.*?\n\n)(?=#{2,3} )", re.DOTALL)
 
 
 def titled(stack):
-    """A slide with a heading only is the title above the next slide's."""
-    for slide, following in zip(stack, stack[1:], strict=False):
-        if slide.only_title and len(slide.units) == 1:
-            following.units[0].pieces.insert(0, f'<p class="title">{slide.only_title}</p>')
-            slide.units = []
-    return [slide for slide in stack if slide.units]
+    """The slides, each with a title: a heading alone goes above the next one, a slide without one has the last."""
+    out, alone, last = [], "", ""
+    for slide in filter(lambda slide: slide.units, stack):
+        if slide.only_title:
+            alone = last = slide.only_title
+            continue
+        first = slide.units[0].pieces
+        heading = HEADING.search("".join(first[:1]))
+        if heading and alone:
+            first.insert(0, f'<div class="piece"><p class="title">{alone}</p></div>')
+        elif not heading and last:
+            first.insert(0, f'<div class="piece"><p class="again">{last}</p></div>')
+        alone, last = "", heading[1] if heading else last
+        out.append(slide)
+    return out
 
 
-def add(slide, cell, kind):
-    """Put a cell on a slide: its pieces, what is said to it, and how long that takes."""
-    if kind == "notes":
-        (slide.units[-1] if slide.units else slide.unit()).notes.append(markup.prose(cells.source(cell)))
-    elif cells.is_code(cell):
-        add_code(slide, cell, kind)
-    else:
-        add_prose(slide, cell, kind)
+HEADING = re.compile(r"<h[123]>(.*?)</h[123]>")
 
 
-def add_prose(slide, cell, kind):
-    unit, tags = slide.unit(), set(cells.tags(cell))
-    shown, said, title = markup.screened(cells.source(cell), whole="predict" in tags)
+def slide(cells_of_one):
+    """A slide of these cells."""
+    made, alone = Slide(), not any(map(cells.is_code, cells_of_one))
+    for cell in cells_of_one:
+        kind = cells.slide_type(cell)
+        if cells.is_note(cell):
+            (made.units[-1] if made.units else made.unit()).notes.append(markup.prose(cells.source(cell)))
+        elif cells.is_code(cell):
+            add_code(made, cell, kind)
+        else:
+            add_prose(made, cell, kind, alone)
+    return made
+
+
+def add_prose(made, cell, kind, alone):
+    unit, tags = made.unit(), set(cells.tags(cell))
+    shown, said = markup.screened(cells.source(cell), "predict" in tags, alone)
     if shown:
         unit.pieces.append(piece(shown, kind, "predict" if "predict" in tags else ""))
-        slide.only_title = title if len(slide.units) == len(unit.pieces) == 1 else ""
+        heading = HEADING.fullmatch(shown)
+        made.only_title = heading[1] if heading and len(made.units) == len(unit.pieces) == 1 else ""
     asked = [tag for tag in ("predict", "recall", "play") if tag in tags]
     unit.notes += [f'<p class="ask">{ASK[tag]}</p>' for tag in asked]
     if said:
@@ -112,14 +150,14 @@ ASK = {
 }
 
 
-def add_code(slide, cell, kind):
+def add_code(made, cell, kind):
     pieces = list(markup.rendered(cell))
     if not pieces:
         return
     picture = markup.shows_picture(cell)
-    unit = slide.unit()
+    unit = made.unit()
     unit.pieces.append(piece("".join(pieces), kind))
-    unit.has_code, slide.only_title = True, ""
+    unit.has_code, made.only_title = True, ""
     unit.seconds += SECONDS["picture"] if picture else SECONDS["line"] * len(cells.code_lines(cell))
 
 
@@ -130,16 +168,18 @@ def piece(text, kind, name=""):
 
 def exercises(notebook):
     """A table of the chapter's exercises: name, difficulty, minutes; '' where there is none."""
-    rows, minutes = [], 0
-    for cell in notebook["cells"]:
-        if "exercise" in cells.tags(cell):
-            number, name = EXERCISE.match(cells.source(cell)).groups() if EXERCISE.match(cells.source(cell)) else ("", "")
-            effort = EFFORT.search(cells.source(cell))
-            level, time = map(int, effort.groups()) if effort else (0, 0)
-            minutes += time
-            dots = f'<span aria-label="difficulty {level} of 5">{"●" * level}{"○" * (5 - level)}</span>' if level else ""
-            rows.append(f"<tr><td>{number}</td><td>{html.escape(name)}</td><td>{dots}</td><td>{time or ''} min</td></tr>")
-    return f'<div class="piece"><table class="exercises"><tbody>{"".join(rows)}</tbody></table></div>' if rows else ""
+    texts = [cells.source(cell) for cell in notebook["cells"] if "exercise" in cells.tags(cell)]
+    rows = "".join(map(exercise, texts))
+    return f'<div class="piece"><table class="exercises"><tbody>{rows}</tbody></table></div>' if rows else ""
+
+
+def exercise(text):
+    """One row of that table."""
+    name, effort = EXERCISE.match(text), EFFORT.search(text)
+    number, words = name.groups() if name else ("", text.splitlines()[0].lstrip("# "))
+    level, time = (int(effort[1]), f"{effort[2]} min") if effort else (0, "")
+    dots = f'<span aria-label="difficulty {level} of 5">{"●" * level}{"○" * (5 - level)}</span>' if level else ""
+    return f"<tr><td>{number}</td><td>{html.escape(words)}</td><td>{dots}</td><td>{time}</td></tr>"
 
 
 def minutes(notebook):

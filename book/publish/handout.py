@@ -1,9 +1,14 @@
-"""Print decks as PDF handouts, one slide a page, a picture in place of each 3-D scene. Needs Chromium or Chrome."""
+"""Print decks as PDF, with the slides' numbers, a picture in place of each 3-D scene. Needs Chromium or Chrome.
+
+Beside `NN-topic.html` come `NN-topic.pdf`, a slide a page; `NN-topic-four.pdf`, four a page, to write on; and
+`NN-topic-notes.pdf`, each slide with what is said to it.
+"""
 
 import contextlib
 import functools
 import hashlib
 import os
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -21,6 +26,10 @@ FLAGS = (
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
 )
 PATIENCE_MS = 120_000
+#: What is printed, by the end of the file's name; `deck.js` lays it out.
+PRINTS = {"": "slides", "-four": "four", "-notes": "notes"}
+#: What the browser adds of its own, the time and its name; words of the same length in their place keep the file whole.
+TIME, BROWSER = re.compile(rb"(?<=Date \(D:)\d{14}(?=[+-])"), re.compile(rb"(?<=/Creator \()(?:\\.|[^()\\])*(?=\))")
 
 #: Shows each scene in turn, far too large for no screen, and keeps the picture that it sends back.
 CAPTURE = """async () => {
@@ -73,8 +82,16 @@ def chromium():
             running.close()
 
 
+def is_here():
+    """Is there a browser to print with?"""
+    try:
+        return bool(browser())
+    except Stop:
+        return False
+
+
 def print_all(decks):
-    """Write a PDF beside each deck that changed since its PDF was made."""
+    """Write the PDFs beside each deck that changed since they were made."""
     stale = [deck for deck in decks if not is_current(deck)]
     if not stale:
         return
@@ -93,16 +110,29 @@ def print_one(running, deck):
         page.wait_for_selector("body[data-ready]")
         pictures = page.evaluate(CAPTURE)
         page.add_init_script(f"window.OMX_PICTURES = {pictures!r};")
-        page.goto(deck.as_uri() + "?print-pdf")
-        page.wait_for_selector("body[data-ready]")
-        page.wait_for_timeout(300)
-        page.pdf(path=deck.with_suffix(".pdf"), prefer_css_page_size=True, print_background=True)
+        for target, layout in zip(prints(deck), PRINTS.values(), strict=True):
+            page.goto(f"{deck.as_uri()}?print={layout}")
+            page.wait_for_selector("body[data-ready]")
+            page.wait_for_timeout(300)
+            data = page.pdf(prefer_css_page_size=True, print_background=True, tagged=True, outline=True)
+            target.write_bytes(unstamped(data))
     finally:
         page.close()
 
 
+def unstamped(pdf):
+    """The same file from every day and browser's name."""
+    return BROWSER.sub(lambda found: b"The slides of the book".ljust(len(found[0])), TIME.sub(b"20000101000000", pdf))
+
+
+def prints(deck):
+    """The paths of a deck's PDFs: one a page, four a page, with notes."""
+    return [deck.with_name(f"{deck.stem}{end}.pdf") for end in PRINTS]
+
+
 def is_current(deck):
-    return deck.with_suffix(".pdf").exists() and mark(deck).exists() and mark(deck).read_text() == fingerprint(deck)
+    whole = all(path.exists() for path in (mark(deck), *prints(deck)))
+    return whole and mark(deck).read_text() == fingerprint(deck)
 
 
 def mark(deck):

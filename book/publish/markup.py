@@ -17,7 +17,7 @@ from book.chapters.cells import text_of
 from book.publish import pages, screen
 
 MOST_LINES = 20
-FORMULA = '<div class="formula">'
+INLINE = re.compile(r"(\\\((?:(?!\\\)).)*\\\))([.,;:!?)\u201d\"]+)", re.DOTALL)
 LINK = re.compile(r"\[([^\[\]]*)\]\((?!https?:)[^()#]*?([\w-]+)\.(ipynb|md)(?:#[^()]*)?\)")
 
 
@@ -27,8 +27,9 @@ def rendered(cell):
         yield listed_code(cells.source(cell))
     if "hide-output" not in cells.tags(cell):
         pieces = [piece for output in cell.get("outputs", []) for piece in result(output)]
-        for are_formulas, group in groupby(pieces, lambda piece: piece.startswith(FORMULA)):
-            yield f'<div class="formulas">{"".join(group)}</div>' if are_formulas else "".join(group)
+        for are_formulas, group in groupby(pieces, lambda piece: piece.startswith('<div class="formula')):
+            together = "".join(group)
+            yield f'<div class="formulas">{together}</div>' if are_formulas else together
 
 
 def shows_picture(cell):
@@ -66,7 +67,7 @@ def listing(text):
 
 
 def blocks(lines):
-    """Lines in blocks of at most `MOST_LINES`, as even as can be, cut where no bracket is open, at best at a blank line."""
+    """Lines in even blocks of at most `MOST_LINES`, cut where no bracket is open, at best at a blank line."""
     while len(lines) > MOST_LINES:
         depth = list(accumulate(sum(map(line.count, "([{")) - sum(map(line.count, ")]}")) for line in lines))
         even = math.ceil(len(lines) / math.ceil(len(lines) / MOST_LINES))
@@ -95,23 +96,32 @@ def rich(data, metadata):
 
 
 def formula(latex):
-    """SymPy's `$\\displaystyle ...$` as a displayed formula."""
-    body = re.sub(r"^\$+(\\displaystyle)?|\$+$", "", latex.strip()).strip()
-    return f"{FORMULA}\\[{html.escape(body)}\\]</div>"
+    """SymPy's `$\\displaystyle ...$` as a displayed formula; a matrix and its numbers may part at the equals sign."""
+    body = html.escape(re.sub(r"^\$+(\\displaystyle)?|\$+$", "", latex.strip()).strip())
+    first, *others = re.split(r"(?<=\\right\]) = (?=\\left\[)", body)
+    if not others:
+        return f'<div class="formula">\\[{body}\\]</div>'
+    sides = [first, *(f"{{}} = {other}" for other in others)]
+    inside = "".join(f"<div>\\[{side}\\]</div>" for side in sides)
+    return f'<div class="formula equation">{inside}</div>'
 
 
 def prose(text):
     """Markdown as HTML: the dialect of the pages, with links to chapters leading to their decks."""
-    return _MARKDOWN.render(LINK.sub(link, text))
+    return html_of(_MARKDOWN.parse(LINK.sub(link, text)))
 
 
-def screened(source, whole=False):
-    """The HTML of prose for the screen, the HTML of what is only said, and the heading if there is nothing else."""
+def screened(source, whole=False, alone=False):
+    """The HTML of prose for the screen, and of what is only said (`screen.split`)."""
     tokens = _MARKDOWN.parse(LINK.sub(link, screen.COMMENT.sub("", source)))
-    shown, said = screen.split(tokens, _MARKDOWN.parseInline, whole)
-    title = shown[1].content if [t.type for t in shown] == ["heading_open", "inline", "heading_close"] else ""
-    render = lambda some: _MARKDOWN.renderer.render(some, _MARKDOWN.options, {})
-    return render(shown).strip(), render(said).strip(), html.escape(title)
+    shown, said = screen.split(tokens, _MARKDOWN.parseInline, whole, alone)
+    return html_of(shown).strip(), html_of(said).strip()
+
+
+def html_of(tokens):
+    """HTML in which no line begins with the full stop after a formula."""
+    text = _MARKDOWN.renderer.render(tokens, _MARKDOWN.options, {})
+    return INLINE.sub(r'<span class="one">\1\2</span>', text)
 
 
 def link(found):
@@ -122,7 +132,7 @@ def link(found):
 
 def _maths(tokens, index, _options, _env, *, display):
     body = html.escape(tokens[index].content.strip())
-    return f"{FORMULA}\\[{body}\\]</div>" if display else f"\\({body}\\)"
+    return f'<div class="formula">\\[{body}\\]</div>' if display else f"\\({body}\\)"
 
 
 def _reader():

@@ -3,28 +3,32 @@
 On the screen stand headings, displayed formulas, tables and lists, and of each paragraph and each item of a list its
 first sentence and the sentences with a **bold** word. A sentence that leads on, with a colon at its end, stays before
 a formula or a list; one that points back (It, So, This ...) brings along the one before it, and a first sentence of
-fewer than five words the one after it. A Predict and a numbered question stay whole; answers in <details>, and
-paragraphs in parentheses, are only said. The whole text is in the notes wherever the screen shows less than all.
+fewer than five words the one after it. Where a slide shows nothing but prose, more of it stays. A Predict and a
+numbered question stay whole; answers in <details>, and paragraphs in parentheses, are only said. Wherever the screen
+shows less than all, the whole paragraph is in the notes.
 """
 
 import copy
 import re
+from itertools import pairwise
 
 from markdown_it.token import Token
 
-SHORTEST = 5
+#: Words of a first sentence that stands alone; words of a slide that shows nothing else.
+SHORTEST, ENOUGH = 5, 30
 ATOM = re.compile(r"`[^`]*`|\$[^$]+\$|!?\[[^\]]*\]\([^)]*\)")
 HIDDEN = re.compile("\ue000(\\d+)\ue001")
 END = re.compile(r"[.!?][*_)”\"’]*\s+(?=[*_(“\"]*[A-Z\ue000])")
-HEAD = re.compile(r"(\*{1,2})[^*]+[.:!?]\1|\d+\.")
+HEAD = re.compile(r"(\*{1,2})[^*]+[.:!?]\1|\d+\.|\*\*Errata\*\*[^.]*\.")
 NUMBERED = re.compile(r"\*\*\d+\.\*\*")
 DETAILS = re.compile(r"</?details\b")
 PARAGRAPH, END_OF_PARAGRAPH = Token("paragraph_open", "p", 1), Token("paragraph_close", "p", -1)
 COMMENT = re.compile(r"<!--.*?-->\n?", re.DOTALL)
 POINTS_BACK = re.compile(
-    r"\W*(It|Its|They|Their|This|That|These|Those|So|But|And|Then|Here|There|Instead|Together|Both|Each|One|The other"
-    r"|The second|The last|Only|Because|With (it|them|this)|From (it|there|them|this))\b"
+    r"\W*(It|Its|They|Their|This|That|These|Those|Here|There|Both|Each|One|Neither|Such|At such|Together|Instead|So|But"
+    r"|And|Then|Therefore|Because|Only|Even|The (other|second|last)|(With|From) (it|there|them|this))\b"
 )
+ANSWERS = re.compile(r"(Because|Yes|No|Not)\b")
 
 
 def sentences(text):
@@ -34,7 +38,7 @@ def sentences(text):
     masked = ATOM.sub(lambda _: f"\ue000{next(numbers)}\ue001", text)
     cuts = [0, *(found.end() for found in END.finditer(masked)), len(masked)]
     out = []
-    for start, end in zip(cuts, cuts[1:], strict=False):
+    for start, end in pairwise(cuts):
         piece = HIDDEN.sub(lambda m: atoms[int(m[1])], masked[start:end]).strip()
         if out and HEAD.fullmatch(out[-1]):
             out[-1] += " " + piece
@@ -43,8 +47,11 @@ def sentences(text):
     return out
 
 
-def shown(text, leads=False):
-    """The sentences of a paragraph that stand on the screen; `leads`: a formula or a list follows it."""
+def shown(text, leads=False, least=0):
+    """The sentences of a paragraph that stand on the screen, of `least` words or more if there are as many.
+
+    `leads`: a formula or a list follows it.
+    """
     said = sentences(text)
     if NUMBERED.match(text):
         return said
@@ -53,19 +60,24 @@ def shown(text, leads=False):
     keep = {i for i, sentence in enumerate(said) if i == 0 or "**" in sentence}
     if leads and said[-1].endswith(":"):
         keep.add(len(said) - 1)
-    if len(said) > 1 and len(said[0].split()) < SHORTEST:
+    if len(said) > 1 and len(said[0].split()) < SHORTEST and not said[0].endswith("?"):
         keep.add(1)
+    for i in range(1, len(said)):
+        if len(" ".join(said[:i]).split()) < least or (i - 1 in keep and ANSWERS.match(said[i])):
+            keep.add(i)
     for i in range(len(said) - 1, 0, -1):
         if i in keep and POINTS_BACK.match(said[i]):
             keep.add(i - 1)
     return [said[i] for i in sorted(keep)]
 
 
-def split(tokens, parse_inline, whole=False):
+def split(tokens, parse_inline, whole=False, alone=False):
     """Tokens of markdown-it: those for the screen, and whole paragraphs of which less or nothing stands there.
 
-    `whole`: paragraphs stay as they are; answers in <details> are said all the same.
+    `whole`: paragraphs stay as they are; answers in <details> are said all the same. `alone`: the slide shows nothing
+    else. The last sentence of a paragraph is marked, for a slide that goes on to repeat it.
     """
+    least = ENOUGH / max(1, sum(t.type == "paragraph_open" for t in tokens)) if alone else 0
     on_screen, said, answers, inside = [], [], 0, False
     for i, token in enumerate(tokens):
         if token.type == "html_block" and DETAILS.search(token.content):
@@ -76,11 +88,13 @@ def split(tokens, parse_inline, whole=False):
             said.append(inline(token, f"**{answers}.** {token.content}", parse_inline) if first else token)
         elif token.type == "inline" and tokens[i - 1].type == "paragraph_open" and not whole:
             text = token.content.strip()
-            kept = [] if after_objectives(tokens, i) else shown(text, i + 2 < len(tokens) and leads_on(tokens[i + 2]))
+            leads = i + 2 < len(tokens) and leads_on(tokens[i + 2])
+            kept = [] if after_objectives(tokens, i) else shown(text, leads, least)
             if kept != sentences(text):
                 said += [PARAGRAPH, token, END_OF_PARAGRAPH]
-                token = inline(token, " ".join(kept), parse_inline)
-            on_screen.append(token)
+            if len(kept) > 1:
+                kept[-1] = f'<span class="last">{kept[-1]}</span>'
+            on_screen.append(inline(token, " ".join(kept), parse_inline))
         else:
             on_screen.append(token)
     return without_empty(on_screen), said

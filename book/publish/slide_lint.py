@@ -35,6 +35,11 @@ MEASURE = """() => {
     const formulas = [...slide.querySelectorAll("mjx-container")].filter((c) => !c.closest("aside"));
     const type = [...texts, ...formulas].map((c) => [parseFloat(getComputedStyle(c).fontSize), c]);
     const [smallest, culprit] = type.reduce((a, b) => (b[0] < a[0] ? b : a), [99, null]);
+    const rect = (c) => c.getBoundingClientRect();
+    const images = [...slide.querySelectorAll(".omx-scene, .piece > img")].map((c) => [c, rect(c)]);
+    const lines = seen.filter((c) => c.matches("p, li, pre, td, h1, h2, h3") && !c.closest(".omx-controls"));
+    const beside = (a, b) => a.right < b.left + 3 || b.right < a.left + 3;
+    const apart = (a, b) => beside(a, b) || a.bottom < b.top + 3 || b.bottom < a.top + 3;
     const clone = slide.cloneNode(true);
     for (const c of clone.querySelectorAll(skipped)) c.remove();
     const words = (node) => node.textContent.split(/[\\s\\u2009]+/).filter((w) => word.test(w)).length;
@@ -44,11 +49,11 @@ MEASURE = """() => {
       title: slide.querySelector("h1, h2, h3, .again")?.textContent ?? slide.innerText.slice(0, 40),
       below: Math.max(0, ...edges.map((e) => (e.bottom - box.top) / scale - 720)),
       right: Math.max(0, ...edges.map((e) => (e.right - box.left) / scale - 1280)),
+      covered: images.some(([c, place]) => lines.some((line) => !c.contains(line) && !apart(place, rect(line)))),
       cut: wide.length, words: all, smallest, culprit: culprit?.className || culprit?.tagName || "",
       bare: !words(clone) && !slide.querySelector("pre, mjx-container, img, svg, table, .omx-scene"),
-      code: slide.querySelectorAll(".code").length, unsaid: !!slide.querySelector(".code") && !clone.querySelector("p, li, td"),
+      unsaid: !!slide.querySelector(".code") && !clone.querySelector("p, li, td"),
       notes: (slide.querySelector("aside.notes")?.textContent ?? "").split(/\\s+/).length - 1,
-      picture: !!slide.querySelector("img, .omx-scene"),
     };
   });
 }"""
@@ -59,6 +64,7 @@ NO_SCENES = "window.IntersectionObserver = class { observe() {} unobserve() {} d
 #: The faults of a slide, by what is said of it.
 FAULTS = {
     "leaves the slide": lambda s: s["below"] > 1 or s["right"] > 1 or s["cut"],
+    "words under a picture": lambda s: s["covered"],
     f"more than {MOST_WORDS} words": lambda s: s["words"] > MOST_WORDS,
     f"type under {SMALLEST_PX} px": lambda s: s["smallest"] < SMALLEST_PX - 0.05,
     "only a heading": lambda s: s["bare"],
@@ -77,11 +83,12 @@ def measure(page):
 
 
 def problems(name, slides):
-    """Lines `03-... slide 4 (its heading): what is wrong`."""
+    """Lines `03-... slide 4 (its heading): what is wrong`, with what was measured."""
     for number, slide in enumerate(slides, 1):
         for fault in faults(slide):
-            seen = f"{slide['words']} words, {slide['smallest']:.1f} px ({slide['culprit']}), {slide['below']:.0f} px below"
-            yield f"{name}, slide {number} ({slide['title'][:40]}): {fault}: {seen}, {slide['right']:.0f} px right"
+            seen = f"{slide['words']} words, {slide['smallest']:.1f} px ({slide['culprit']}), "
+            seen += f"{slide['below']:.0f} px below, {slide['right']:.0f} px right"
+            yield f"{name}, slide {number} ({slide['title'][:40]}): {fault}: {seen}"
 
 
 def look(decks):
@@ -103,7 +110,8 @@ def report(seen):
     """The lines of a table: how many slides, words, and the share of each fault."""
     slides = [slide for deck in seen.values() for slide in deck]
     counts = Counter(fault for slide in slides for fault in faults(slide))
-    yield f"{len(slides)} slides in {len(seen)} decks, {sum(s['words'] for s in slides) / len(slides):.0f} words a slide"
+    words = sum(slide["words"] for slide in slides) / len(slides)
+    yield f"{len(slides)} slides in {len(seen)} decks, {words:.0f} words a slide"
     for name in FAULTS:
         yield f"{counts[name]:5} {100 * counts[name] / len(slides):5.1f} %  {name}"
     quiet = sum(not s["notes"] for s in slides)

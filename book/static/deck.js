@@ -6,7 +6,7 @@
   const size = (name) => parseFloat(style.getPropertyValue(name));
   const WIDTH = size("--width"), HEIGHT = size("--height"), EDGE = size("--edge"), BOTTOM = HEIGHT - size("--foot");
   const TYPE = [[36, 24], [33, 23], [30, 22], [28, 21], [26, 20], [26, 18]]; // px of prose and of code, largest first
-  const MOST_WORDS = 75, FEW_WORDS = 20;
+  const MOST_WORDS = 75, FEW_WORDS = 20, SMALLEST_EQUATION = 20;
   const LETTERS = 1.22; // a figure's letters have 14.7 px; so many times as large, the last row can read them
   const TEXT = "p, li, td, th, h1, h2, h3";
   const printing = new URLSearchParams(location.search).get("print");
@@ -59,8 +59,10 @@
     section.removeAttribute("style");
     if (!must && words(section) > MOST_WORDS) return false;
     if (panel(section)) return above(section, must);
-    if (pictures(section).length === 1) return beside(section) || above(section, must);
-    return pictures(section).length ? above(section, must) : inType(section);
+    const [picture, more] = pictures(section);
+    if (picture && !must && section.querySelector(".code")) return false; // each wants the whole width
+    if (picture && !more) return beside(section) || above(section, must);
+    return picture ? above(section, must) : inType(section);
   }
 
   // The largest type in which everything stays on the slide.
@@ -78,7 +80,7 @@
     for (const group of [code, ...printed.map((pre) => [pre])]) {
       for (const pre of group) pre.classList.remove("wrapped");
       for (const pre of group) pre.style.fontSize = `${most}px`;
-      const px = Math.max(Math.min(20, most), most * Math.min(1, ...group.map((pre) => 0.995 * pre.clientWidth / pre.scrollWidth)));
+      const px = Math.max(Math.min(group === code ? 20 : 18, most), most * Math.min(1, ...group.map((pre) => 0.995 * pre.clientWidth / pre.scrollWidth)));
       for (const pre of group) {
         pre.style.fontSize = `${px}px`;
         if (pre.scrollWidth <= pre.clientWidth + 1) continue;
@@ -88,16 +90,27 @@
     }
     for (const block of section.querySelectorAll(".formula, table")) {
       if (!onScreen(block)) continue;
-      block.style.fontSize = "";
-      for (let tries = 0; tries < 3; tries++) {
-        const need = block.matches("table") ? block.offsetWidth : Math.max(block.scrollWidth, widthOf(block));
-        const most = block.matches("table") ? room : block.clientWidth;
-        if (need <= most + 1) break;
-        worst = Math.min(worst, most / need);
-        block.style.fontSize = `${parseFloat(getComputedStyle(block).fontSize) * (most / need) * 0.985}px`;
+      block.classList.remove("broken");
+      let scale = shrunk(block, room);
+      if (block.matches(".equation") && parseFloat(block.style.fontSize || SMALLEST_EQUATION) < SMALLEST_EQUATION) {
+        block.classList.add("broken"); // at its equals sign
+        scale = shrunk(block, room);
       }
+      worst = Math.min(worst, scale);
     }
     return worst;
+  }
+  function shrunk(block, room) {
+    block.style.fontSize = "";
+    let scale = 1;
+    for (let tries = 0; tries < 3; tries++) {
+      const need = block.matches("table") ? block.offsetWidth : Math.max(block.scrollWidth, widthOf(block));
+      const most = block.matches("table") ? room : block.clientWidth;
+      if (need <= most + 1) break;
+      scale *= most / need;
+      block.style.fontSize = `${parseFloat(getComputedStyle(block).fontSize) * (most / need) * 0.985}px`;
+    }
+    return scale;
   }
   const widthOf = (formula) => Math.max(0, ...[...formula.querySelectorAll("svg")].map((svg) => svg.getBoundingClientRect().width));
 
@@ -112,7 +125,7 @@
       const top = (heading ? heading.getBoundingClientRect().bottom - section.getBoundingClientRect().top : size("--top")) + 12;
       const height = BOTTOM - top, shape = shapeOf(picture);
       const width = shape ? Math.min(share * room, height / shape) : share * room;
-      if (picture.width && width / picture.getAttribute("width") < LETTERS) return leave();
+      if (shape && width === share * room && width / picture.getAttribute("width") < LETTERS) return leave();
       section.style.setProperty("--picture-width", `${width}px`);
       section.style.setProperty("--picture-height", `${shape ? width * shape : Math.min(height, width * 0.85)}px`);
       section.style.setProperty("--picture-top", `${top}px`);
@@ -178,9 +191,9 @@
     const heading = [...here.querySelectorAll("h1, h2, h3, .again")].at(-1);
     if (heading) following.append(element("p", "again", ...copyOf(heading)));
     const start = unit.querySelector(".piece > *");
-    if (start && !start.matches(TEXT) && !start.matches("ul, ol, blockquote")) {
+    if (start && !start.matches(`${TEXT}, ul, ol, table, blockquote`)) {
       const lead = texts(here).filter((t) => t.matches("p, li") && !t.matches(".again, .title")).at(-1);
-      if (lead) following.append(element("p", "echo", ...copyOf(lead)));
+      if (lead?.matches("p")) following.append(element("p", "echo", ...copyOf(lead.querySelector(".last") ?? lead)));
     }
     following.append(unit);
     unit.querySelector(".piece")?.classList.remove("fragment"); // a slide does not begin empty
@@ -212,7 +225,8 @@
     const least = Math.max(1, counts.indexOf(true) + 1);
     while (kept > least && !fits(section)) move();
     if (kept === atoms.length) return null;
-    const good = (i) => !heads(atoms[i - 1]) && !leads(atoms[i - 1], atoms[i]) && !isOne(atoms[i - 1], atoms[i]);
+    const enough = (i) => atoms.slice(0, i).some((node) => !heads(node) && (!node.matches("p") || node.textContent.length > 100));
+    const good = (i) => enough(i) && !heads(atoms[i - 1]) && !leads(atoms[i - 1], atoms[i]) && !isOne(atoms[i - 1], atoms[i]);
     let best = kept;
     while (best > least && !good(best)) best--;
     if (!good(best)) best = evenly(atoms, kept);
@@ -267,7 +281,7 @@
   // ---- notes ---------------------------------------------------------------------------------------------------
 
   function tellNotes(slides) {
-    const seconds = slides.map((slide) => [...slide.querySelectorAll(".note")].reduce((sum, note) => sum + Number(note.dataset.seconds), 0));
+    const seconds = slides.map((slide) => [...slide.querySelectorAll(".note")].reduce((sum, note) => sum + Number(note.dataset.seconds || 0), 0));
     const whole = Math.round(seconds.reduce((a, b) => a + b, 0) / 60);
     let start = 0;
     slides.forEach((slide, i) => {
@@ -291,7 +305,7 @@
       return element("article", "sheet", element("div", "left", frame, number), ...(printing === "notes" ? [element("div", "said", ...notes.childNodes)] : []));
     });
     document.querySelector("link[href$='reveal.css']").remove();
-    document.documentElement.className = document.body.className = `paper ${printing}`;
+    document.documentElement.className = document.body.className = `on-paper print-${printing}`;
     const page = { slides: `${WIDTH}px ${HEIGHT}px; margin: 0`, four: "A4 landscape; margin: 11mm", notes: "A4; margin: 14mm" }[printing];
     document.head.append(element("style", "", `@page { size: ${page}; }`));
     document.querySelector("main").replaceChildren(...sheets);

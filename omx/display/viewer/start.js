@@ -80,6 +80,11 @@
     const below = Object.entries(children).filter(([name]) => !name.startsWith("<"));
     return Object.assign({ [path]: object.matrix.elements }, ...below.map(([name, node]) => places(node, `${path}/${name}`)));
   }
+  // Keys that nothing here wants are the page's: on a slide, a click into the scene must not stop the clicker.
+  document.addEventListener("keydown", (event) => {
+    if (event.defaultPrevented || event.ctrlKey || event.altKey || event.metaKey) return;
+    window.parent.postMessage({ omx: "key", key: event.key, code: event.keyCode }, "*");
+  });
   document.body.dataset.ready = "true";
   window.parent.postMessage({ omx: "ready" }, "*"); // the page may now move it
 })();
