@@ -5,6 +5,10 @@ import re
 import sys
 from pathlib import Path
 
+from sphinx import addnodes
+from sphinx.ext import napoleon
+from sphinx.ext.napoleon import GoogleDocstring
+
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
@@ -20,7 +24,7 @@ language = "en"
 root_doc = "book/index"
 include_patterns = ["book/*.md", "book/*/*.md", "notebooks/*.ipynb"]
 exclude_patterns = [".venv", "build", ".git", "omx", "tests", "**/.ipynb_checkpoints"]
-extensions = ["myst_nb", "sphinx_design", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "book.publish.directives"]
+extensions = ["myst_nb", "sphinx_design", "sphinx.ext.autodoc", "book.publish.directives", "book.publish.teaching"]
 myst_enable_extensions = ["amsmath", "attrs_inline", "colon_fence", "deflist", "dollarmath", "substitution"]
 myst_heading_anchors = 3
 default_role = "code"
@@ -33,7 +37,8 @@ nb_merge_streams = True
 nb_mime_priority_overrides = [("html", "text/html", 5), ("html", "image/svg+xml", 10)]
 
 autodoc_default_options = {"members": True, "member-order": "bysource", "undoc-members": False}
-autodoc_typehints = "description"
+autodoc_typehints = "signature"
+MOST_SHOWN = 120  # characters of a constant's value
 autodoc_preserve_defaults = True
 
 html_theme = "sphinx_book_theme"
@@ -41,7 +46,7 @@ html_theme_options = {
     "show_navbar_depth": 1,
     "show_toc_level": 2,
     "use_fullscreen_button": False,
-    "navigation_with_keys": True,
+    "navigation_with_keys": False,  # arrows scroll wide formulas and code
     "logo": {"text": "OpenMANIPULATOR-X", "alt_text": "Kinematics of the OpenMANIPULATOR-X: start page"},
     "pygments_light_style": "a11y-high-contrast-light",
     "pygments_dark_style": "a11y-high-contrast-dark",
@@ -70,7 +75,12 @@ def source_read(app, docname, source):
 
 
 def plain_docstring(app, what, name, obj, options, lines):
-    """The docstrings are prose with code in single backticks; keep reST from reading more into them."""
+    """The docstrings are prose with code in single backticks; keep reST from reading more into them.
+
+    Lists of arguments are read, but not a value's "what it is: why".
+    """
+    if what not in ("attribute", "data"):
+        lines[:] = GoogleDocstring(lines, napoleon.Config(), app, what, name, obj, options).lines()
     lines[:] = ["".join(escaped(part) for part in re.split(r"(`[^`]*`)", line)) for line in lines]
 
 
@@ -78,6 +88,20 @@ def escaped(text):
     return text if text.startswith("`") else re.sub(r"([*|]|_(?=\W|$))", r"\\\1", text)
 
 
+def skipped(app, what, name, obj, skip, options):
+    """A field of a named tuple stands in the signature of its class; its docstring says no more than its number."""
+    return True if (getattr(obj, "__doc__", None) or "").startswith("Alias for field number") else None
+
+
+def shortened(app, domain, kind, content):
+    """A value too long to be read is left out of the line that names it."""
+    for value in content.parent[0].findall(addnodes.desc_annotation):
+        if len(value.astext()) > MOST_SHOWN:
+            value.parent.remove(value)
+
+
 def setup(app):
     app.connect("source-read", source_read)
+    app.connect("autodoc-skip-member", skipped)
+    app.connect("object-description-transform", shortened)
     app.connect("autodoc-process-docstring", plain_docstring)

@@ -1,34 +1,20 @@
-// Small things for every page: scenes leave a picture for print, the keyboard reaches what scrolls.
+// Small things for every page: what is printed, and the keyboard reaches what scrolls.
 (function () {
   "use strict";
-  const frames = () => document.querySelectorAll(".omx-scene iframe");
-  window.addEventListener("message", ({ data, source }) => {
-    const frame = [...frames()].find((f) => f.contentWindow === source);
-    if (!frame || !data?.omx) return;
-    if (data.omx === "ready") setTimeout(() => picture(frame), 400);
-    if (data.omx === "captured") keep(frame, data.url);
-  });
-
+  // WebGL prints as an empty box: the picture that was drawn with the page stands in for it.
+  for (const box of document.querySelectorAll(".omx-scene[data-poster]")) {
+    const picture = document.createElement("img");
+    Object.assign(picture, { className: "omx-print", alt: "", src: `data:image/png;base64,${box.dataset.poster}` });
+    box.after(picture);
+  }
   // Paper is white, whatever the theme.
-  function picture(frame) {
-    const dark = document.documentElement.dataset.theme === "dark";
-    const say = (message) => frame.contentWindow?.postMessage(message, "*");
-    if (dark) say({ omx: "theme", dark: false });
-    say({ omx: "capture" });
-    if (dark) say({ omx: "theme", dark: true });
-  }
-
-  // WebGL prints as an empty box: a picture of the scene stands in for it.
-  function keep(frame, url) {
-    let picture = frame.parentElement.querySelector("img.omx-print");
-    if (!picture) {
-      picture = document.createElement("img");
-      picture.className = "omx-print";
-      picture.alt = frame.title;
-      frame.parentElement.append(picture);
-    }
-    picture.src = url;
-  }
+  const root = document.documentElement;
+  let theme = "light";
+  window.addEventListener("beforeprint", () => {
+    theme = root.dataset.theme;
+    root.dataset.theme = "light";
+  });
+  window.addEventListener("afterprint", () => { root.dataset.theme = theme; });
 
   // What the theme leaves unnamed, or names otherwise than it reads.
   document.querySelectorAll("summary[aria-label], button.search-button-field[aria-label]").forEach((b) => {

@@ -1,6 +1,7 @@
 """The site: what is built is complete, its kinematics are Python's, and one edit changes every product."""
 
 import copy
+import html
 import json
 import math
 import re
@@ -11,13 +12,14 @@ import pytest
 
 import omx
 from book.chapters import runs, student
-from book.chapters.normalise import normalise
+from book.chapters.cells import text_of
+from book.chapters.normalise import normalise, read
 from book.publish import deck, npm, pages, site
 from book.setup.paths import Stop
 from omx.display.viewer import View, html_export
 from omx.display.viewer.dh_row_view import places
 from omx.generated import fk, ik
-from tests.helpers.chapter import chapter, code, markdown
+from tests.helpers.chapter import chapter, code, markdown, printed
 from tests.helpers.javascript import flat, in_node
 
 Q = [(0.0, 0.0, 0.0, 0.0), omx.HOME, (0.3, 1.2, -0.9, 1.8), (3.1, -1.5, 1.4, -1.7), (-2.0, 0.1, 0.1, 3.3)]
@@ -71,6 +73,77 @@ def test_every_chapter_has_a_page_a_deck_and_a_download(built_site):
         assert (built_site / "notebooks" / f"{path.stem}.html").exists()
         assert (built_site / "slides" / f"{path.stem}.html").exists()
         assert (built_site / "_sources" / "notebooks" / path.name).read_bytes() == path.read_bytes()
+
+
+def words(text):
+    return html.unescape(re.sub(r"<[^>]+>", "", text)).strip()
+
+
+def test_a_page_prints_what_the_cells_printed(built_site):
+    """Line for line, also where a kernel said it in several pieces."""
+    for path in runs.chapters():
+        page = (built_site / "notebooks" / f"{path.stem}.html").read_text(encoding="utf-8")
+        shown = [words(block) for block in re.findall(r"<pre>(.*?)</pre>", page, re.DOTALL)]
+        for cell in runs.merged(path)["cells"]:
+            for output in cell.get("outputs", ()):
+                if output["output_type"] == "stream":
+                    assert text_of(output["text"]).strip() in shown, (path.name, cell["id"])
+
+
+def test_every_page_names_the_licence_of_its_text(links):
+    for page in links:
+        if page.parent.name in ("book", "notebooks", "teach", "api"):
+            assert "Text: CC BY 4.0. Code: BSD 3-Clause" in page.read_text(encoding="utf-8"), page
+
+
+def test_the_api_shows_no_value_that_nobody_reads(built_site):
+    for page in (built_site / "book" / "api").glob("*.html"):
+        heads = re.findall(r'<dt class="sig.*?</dt>', page.read_text(encoding="utf-8"), re.DOTALL)
+        assert max(map(len, map(words, heads)), default=0) < 400, page
+        assert "Alias for field number" not in page.read_text(encoding="utf-8")
+
+
+def test_the_search_knows_each_exercise_by_its_number(built_site):
+    text = (built_site / "searchindex.js").read_text(encoding="utf-8")
+    entries = json.loads(text.removeprefix("Search.setIndex(").removesuffix(")"))["indexentries"]
+    cells = [cell for path in runs.chapters() for cell in read(path)["cells"]]
+    exercises = [m[0].lower() for c in cells if (m := site.EXERCISE.search("".join(c["source"]).split("\n")[0]))]
+    assert len(exercises) > 100
+    assert set(exercises) <= set(entries)
+
+
+VARYING = """import sys, time, os
+for piece in ("torn ", "in ", "pieces\\n"):
+    sys.stdout.write(piece)
+    sys.stdout.flush()
+    time.sleep(0.05)
+print(time.perf_counter_ns(), os.getpid())
+print(list({"some", "words", "in", "the", "order", "of", "hashes"}))"""
+SHOWN = """from omx import View, plots
+view = View()
+view.trail()
+view.frames(0, 4)
+plots.curves([0, 1], {"a": [0, 1]}, x="x (mm)", y="y (mm)", alt="A line from corner to corner.")
+view"""
+
+
+def test_two_builds_from_one_commit_are_the_same_bytes(tmp_path, monkeypatch):
+    """Page, deck and sheet of a chapter run twice, with a cell that prints a clock, and one with a scene."""
+    notebook = read(runs.chapters()[0])
+    stored = printed("torn in pieces\n123 456\nwords\n")
+    notebook["cells"][3:] = [*notebook["cells"][3:8], code(VARYING, tags=[runs.VARIES], outputs=[stored]), code(SHOWN)]
+    path = tmp_path / runs.chapters()[0].name
+    path.write_text(json.dumps(normalise(notebook)))
+    monkeypatch.setattr(runs, "chapters", lambda: [path])
+    made = []
+    for folder in (tmp_path / "one", tmp_path / "two"):
+        folder.mkdir()
+        runs.run_all(folder=folder)
+        whole = runs.merged(path, folder)
+        made.append([pages.page(whole, path.stem), deck.sections(whole), student.student_copy(whole)])
+    assert "data-poster" in json.dumps(made[0])
+    assert "123 456" in json.dumps(made[0])
+    assert json.dumps(made[0]) == json.dumps(made[1])
 
 
 def test_icons_in_use_are_kept_and_the_rest_is_gone(built_site):

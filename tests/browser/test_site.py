@@ -233,10 +233,70 @@ def test_a_page_opened_in_the_dark_has_dark_scenes_and_pale_words(browser, home)
         )
         assert len(words) >= 10
         assert not [word for word in words if 'stroke="#ffffff"' in word]
-        printed = image_of(box.locator("img.omx-print").get_attribute("src"))
-        assert printed.mean() > 180, "what is printed is light"
         assert look.problems == []
     context.close()
+
+
+VISIBLE = "(e) => e.offsetHeight > 100 && getComputedStyle(e).visibility === 'visible'"
+PAINTED = """(e) => [getComputedStyle(e).color, getComputedStyle(document.body).backgroundColor]
+  .map((c) => c.match(/[0-9.]+/g).slice(0, 3).reduce((sum, v) => sum + Number(v), 0) / 3)"""
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_paper_is_white_and_shows_every_scene(browser, home, theme):
+    """Without having been scrolled to; and the reader's theme comes back."""
+    context = browser.new_context(viewport={"width": 1280, "height": 860}, color_scheme=theme)
+    with Look(context, home) as look:
+        look.open("notebooks/02-frames-and-dh.html").settle()
+        look.page.emulate_media(media="print")
+        look.page.evaluate("dispatchEvent(new Event('beforeprint'))")
+        printed = look.page.locator("img.omx-print")
+        assert printed.count() == len(scenes(look)) > 5
+        for i in range(printed.count()):
+            assert printed.nth(i).evaluate(VISIBLE)
+            assert not is_blank(image_of(printed.nth(i).get_attribute("src")))
+        for box in scenes(look):
+            assert not box.is_visible()
+        for words in ("h1", "article p", "article h2"):
+            ink, paper = look.page.locator(words).first.evaluate(PAINTED)
+            assert ink < 90
+            assert paper > 240
+        look.page.evaluate("dispatchEvent(new Event('afterprint'))")
+        assert look.page.evaluate("document.documentElement.dataset.theme") == theme
+    context.close()
+
+
+def test_arrows_in_a_wide_formula_scroll_it_and_the_page_stays(browser, home):
+    context = browser.new_context(viewport={"width": 390, "height": 844})
+    with Look(context, home) as look:
+        look.open("notebooks/02-frames-and-dh.html").settle()
+        box = look.page.locator("div.math[tabindex], mjx-container[tabindex], pre[tabindex]").first
+        box.focus()
+        for _ in range(3):
+            box.press("ArrowRight")
+        look.page.wait_for_timeout(300)
+        assert look.page.url.endswith("02-frames-and-dh.html")
+        assert box.evaluate("(e) => e.scrollLeft") > 0
+    context.close()
+
+
+def test_the_section_of_the_workspace_turns_with_the_arm(look):
+    look.open("notebooks/11-workspace.html").settle()
+    panel = look.page.locator(".omx-panel").first
+    frame = look.scene(panel.locator(".omx-scene"))
+    panel.get_by_role("slider").first.fill("60")
+    look.page.wait_for_timeout(500)
+    find = "omxScene.viewer.scene_tree.find(['meshcat', 'section']).object"
+    elements = frame.evaluate(f"(() => {{ const o = {find}; o.updateMatrix(); return o.matrix.elements; }})()")
+    assert elements[:2] == pytest.approx([math.cos(math.radians(60)), math.sin(math.radians(60))], abs=1e-6)
+
+
+def test_search_finds_an_exercise_by_its_number(look):
+    look.open("search.html?q=exercise+4.4")
+    first = look.page.locator("#search-results li a").first
+    first.wait_for(timeout=30_000)
+    look.page.wait_for_timeout(300)
+    assert "#exercise-4-4-" in look.page.locator("#search-results li a").first.get_attribute("href")
 
 
 def test_search_finds_a_word_of_a_chapter(look):
@@ -273,7 +333,10 @@ def test_no_serious_accessibility_error(browser, home, path, theme):
 def test_the_page_fits_a_phone(browser, home):
     context = browser.new_context(viewport={"width": 390, "height": 844}, is_mobile=True, has_touch=True)
     with Look(context, home) as look:
-        for path in ["book/index.html", *CHAPTERS]:
+        for path in pages():
             look.open(path).settle()
             assert look.page.evaluate("document.documentElement.scrollWidth") <= 390, path
+        look.open("book/notation.html").settle()
+        code = "all => all.filter((e) => !/[ (]/.test(e.innerText) && e.offsetHeight > 30).map((e) => e.innerText)"
+        assert look.page.locator("td code").evaluate_all(code) == [], "a name is broken"
     context.close()

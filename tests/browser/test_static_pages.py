@@ -1,9 +1,11 @@
 """Scenes in plain pages: from the disk, with every request watched, they draw, play and stay in their frame."""
 
+import io
 import math
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import omx
 from book.chapters import normalise
@@ -11,8 +13,10 @@ from book.publish import shared
 from book.reader import handin
 from omx.display.panels import PosePanel
 from omx.display.viewer import View, write_site_script
+from omx.display.viewer.poster import poster
 from tests.browser.latency import percentile
 from tests.browser.pages import is_blank, pixels, share_changed
+from tests.browser.weblook import image_of
 
 
 @pytest.fixture
@@ -65,6 +69,35 @@ def test_a_scene_plays_in_a_page_that_fetches_nothing(show, tmp_path):
     still = pixels(page.locator("iframe"))
     page.wait_for_timeout(400)
     assert share_changed(still, pixels(page.locator("iframe"))) < 0.001, "and stops"
+
+
+def test_nothing_is_seen_of_a_scene_before_it_is_there(browser, tmp_path):
+    """No blue sky of the viewer's own: when its canvas comes, the pane is hidden."""
+    context = browser.new_context(viewport={"width": 900, "height": 700})
+    page = context.new_page()
+    page.add_init_script("""new MutationObserver(() => {
+      const pane = document.querySelector("#meshcat-pane");
+      if (pane?.querySelector("canvas")) window.omxFirst ??= getComputedStyle(pane).visibility;
+    }).observe(document, { childList: true, subtree: true });""")
+    (tmp_path / "scene.html").write_text(View().channel.get_scene(), encoding="utf-8")
+    page.goto((tmp_path / "scene.html").as_uri())
+    page.wait_for_selector("body[data-ready]", timeout=30_000)
+    assert page.evaluate("omxFirst") == "hidden"
+    assert page.evaluate("getComputedStyle(document.querySelector('#meshcat-pane')).visibility") == "visible"
+    context.close()
+
+
+def test_the_picture_for_paper_shows_what_the_viewer_shows(show, tmp_path):
+    """The same silhouette within a few hundredths, though NumPy drew one and WebGL the other."""
+    view = View((0.5, -0.6, 0.4, 0.5))
+    page, _ = show(write(tmp_path, view.static_html()))
+    (frame,) = frames(page, 1)
+    seen = image_of(frame.evaluate("omxScene.capture()"))
+    size = seen.shape[:2]
+    drawn = np.asarray(Image.open(io.BytesIO(poster(view.channel.log, *size))).convert("RGB"), float)
+    one, two = (image.max(axis=2) < 130 for image in (seen, drawn))
+    assert one.sum() > 5000
+    assert (one & two).sum() / (one | two).sum() > 0.9
 
 
 def test_a_scene_cannot_reach_the_page_around_it(show, tmp_path):

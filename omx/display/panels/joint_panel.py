@@ -61,7 +61,8 @@ class JointPanel(Panel):
     def _static_data(self) -> dict:
         data = {"kind": "joints", "names": list(self.chain.names), "limits": list(self.chain.limits)}
         if self.view.geometry is not None:
-            return {**data, "geometry": list(self.view.geometry.values), "home": HOME}
+            section = {"section": True} if self.view.has_section else {}
+            return {**data, **section, "geometry": list(self.view.geometry.values), "home": HOME}
         fixed = {name: T.tolist() for name in ("base", "tool") if (T := getattr(self.chain, name)) is not None}
         return {**data, **fixed, "rows": [vars_of(row) for row in self.chain.rows]}
 

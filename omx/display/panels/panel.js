@@ -60,6 +60,7 @@
         const nodes = {}, visible = {};
         if (this.pale) visible["/meshcat/ghosts"] = false;
         this.frames(this.q).forEach((T, i) => { nodes[`/meshcat/arm/${i}`] = columns(T); });
+        if (this.section) nodes["/meshcat/section"] = columns(A.link(this.q[0], 0, 0, Math.PI / 2));
         if (this.pose) nodes["/meshcat/notes/target"] = columns(A.target(this.pose));
         (this.found || []).forEach((s, k) => {
           visible[`/meshcat/ghosts/${k}`] = s.reachable && s.index !== this.chosen?.index;

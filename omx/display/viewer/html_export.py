@@ -68,13 +68,17 @@ def frame(channel, config: dict, height: int, title: str) -> str:
 def placeholder(channel, config: dict, height: int, title: str, night: dict | None = None) -> str:
     """A mark that the site's script (`write_site_script`) turns into a frame when the reader comes near.
 
-    It holds the whole scene. A site may take out of it (`data-objects`) what its script already has.
+    It holds the whole scene. A site may take out of it (`data-objects`) what its script already has. For paper there is
+    a picture in it (`data-poster`).
     """
+    from .poster import poster
+
     scene, objects = scene_data(channel, night, apart=True)
     config = html.escape(json.dumps(config, separators=(",", ":")), quote=False).replace("'", "&#39;")
     return (
         f'<div class="omx-scene" role="img" aria-label="{html.escape(title)}" style="width:100%;height:{height}px" '
-        f'data-config=\'{config}\' data-scene="{scene}" data-objects="{packed_objects(objects)}"></div>'
+        f'data-config=\'{config}\' data-scene="{scene}" data-objects="{packed_objects(objects)}" '
+        f'data-poster="{_base64(poster(channel.log, height))}"></div>'
     )
 
 

@@ -14,6 +14,8 @@
     return;
   }
 
+  pane.style.visibility = "hidden"; // the viewer's own blue sky, until there is a scene
+
   // Without a graphics card (virtual machines, remote desktops) soft shadows cost a third of each frame.
   const gl = viewer.renderer.getContext();
   const card = gl.getExtension("WEBGL_debug_renderer_info");
@@ -149,7 +151,10 @@
 
   window.omxScene = {
     viewer,
-    apply(commands) { for (const c of commands) take(c); },
+    apply(commands) {
+      for (const c of commands) take(c);
+      pane.style.visibility = "";
+    },
     capture() { return viewer.capture_image(); },
     picture, extra, save,
     transforms(message) { said.transforms(message); },

@@ -61,7 +61,7 @@ class View(Scene):
         self._triads = self._trail = None
         self._ghosts: list[Figure] = []
         self._ghost_labels: tuple = ()
-        self._section = self._animated = False
+        self.has_section = self._animated = False
         self._opacity, self._gripper = 1.0, 0.0
         self._limits, self._handle = LIMITS, False
         self.on_drag = self._dragged
@@ -86,7 +86,7 @@ class View(Scene):
             self._figure.pose(frames)
             if self._triads is not None:
                 self._triads.pose(frames)
-            if self._section:
+            if self.has_section:
                 put_transform(self.channel, _SECTION, _upright(q[0]))
             if self._trail is not None:
                 self._trail.add([1e3 * v for v in frames[-1][12:15]])
@@ -167,7 +167,7 @@ class View(Scene):
 
         Each region is an outline (N, 2), or a pair (outline, list of holes).
         """
-        self._section = bool(regions)
+        self.has_section = bool(regions)
         with self.channel.batch():
             self.channel.put("delete", _SECTION, delete(_SECTION))
             if regions:
@@ -216,7 +216,7 @@ class View(Scene):
         poses = [self._linkage.frames(q) for q in joints.tolist()]
         figures = [figure for figure in (self._figure, self._triads) if figure is not None]
         tracks = {path: [pose[i] for pose in poses] for figure in figures for i, path in figure.nodes}
-        if self._section:
+        if self.has_section:
             tracks[_SECTION] = [_upright(q1) for q1 in joints[:, 0]]
         if gripper is not None:
             for name, side in (("left", 1e-3), ("right", -1e-3)):
