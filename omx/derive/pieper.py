@@ -279,14 +279,15 @@ def _both(sideways, inside):
     return inside if sideways == 0 else sideways if inside == 0 else sp.sqrt(sideways**2 + inside**2)
 
 
-def _wrist(steps: _Steps, name: str, R, k4, k5, first, rows):
+def _wrist(steps: _Steps, name: str, R, k4, k5, first, rows, leaning=(0, 0)):
     """The wrist: {flip: (q of its first joint, q5, q6)} for the rotation `R` that the three joints must make.
 
     `k4`, `k5`: the sines of the twists, +1 or -1. `first` names the first angle and its row. The last two angles come
-    from the first, and none of them from a division: where axes 4 and 6 are one line, any first angle is right.
+    from the first, and none of them from a division: where axes 4 and 6 are one line, any first angle is right, and
+    `leaning` chooses it.
     """
     symbol, row = first
-    q4 = steps.joint(f"{symbol}{name}", sp.atan2(k5 * R[1, 2], k5 * R[0, 2]), row)
+    q4 = steps.joint(f"{symbol}{name}", sp.atan2(k5 * R[1, 2] + leaning[1], k5 * R[0, 2] + leaning[0]), row)
     c, s = sp.cos(q4 + row.theta), sp.sin(q4 + row.theta)
     theta5 = sp.atan2(k5 * (c * R[0, 2] + s * R[1, 2]), -k4 * k5 * R[2, 2])
     k = -k4 * k5
@@ -485,10 +486,12 @@ def _parallel_functions(rows) -> list[Function]:
             N = _seen(into, f"_{side}", (_turned_z(q1 + first.theta) * _turned_x(first.alpha)).T, rotation)
             places[id(into)] = q1, place, N
         q1, (x, y), N = places[id(steps)]
-        wrists = _wrist(steps, f"_{side}", N, e2 * e3 * k4, k5, ("hand", free), rows)
+        leaning = _leaning(steps, f"_{side}", N, (x, y), rows, e2 * e3 * k4)
+        wrists = _wrist(steps, f"_{side}", N, e2 * e3 * k4, k5, ("hand", free), rows, leaning)
         hand = wrists["no flip"][0]
         _, (x_m, y_m), N_m = places[id(measure)]
-        hand_m = measure.let(f"hand_{side}", sp.atan2(k5 * N_m[1, 2], k5 * N_m[0, 2]))
+        lean_x, lean_y = _leaning(measure, f"_{side}", N_m, (x_m, y_m), rows, e2 * e3 * k4)
+        hand_m = measure.let(f"hand_{side}", sp.atan2(k5 * N_m[1, 2] + lean_y, k5 * N_m[0, 2] + lean_x))
         for flip, (_, q5, q6) in wrists.items():
             sign, name = (1 if flip == "no flip" else -1), f"_{side}_{_identifier(flip)}"
             begin = _before_hand((x, y), hand, sign, rows, e2 * e3 * k4)
@@ -506,6 +509,22 @@ def _parallel_functions(rows) -> list[Function]:
     order = [_identifier(name) for name in _named(("front", "back"), ("up", "down"), ("no flip", "flip"))]
     answers, gaps = ({name: found[name] for name in order} for found in (answers, gaps))
     return _functions(HAND, answers, gaps, steps, measure)
+
+
+def _leaning(steps: _Steps, name: str, R, place, rows, k4):
+    """What decides the hand's direction where axis 6 is parallel to axes 2, 3 and 4, and any would be right.
+
+    Not any is within reach. This one has axis 4 as near to axis 2 as it can be, and the other flip as far. It weighs
+    1e-12, and nothing as soon as the axes are more than 1e-12 rad from parallel.
+    """
+    (x, y), (fourth, fifth) = place, rows[3:5]
+    if fourth.a == 0 and fifth.d == 0:
+        return 0, 0
+    size = (sp.Abs(rows[1].a) + sp.Abs(rows[2].a)) * (sp.Abs(fourth.a) + sp.Abs(fifth.d))
+    near = sp.Max(0, sp.Float(1e-12) - sp.Abs(R[0, 2]) - sp.Abs(R[1, 2]))
+    near = steps.let(f"near{name}", near / size)
+    across = k4 * fifth.d
+    return near * (fourth.a * x - across * y), near * (fourth.a * y + across * x)
 
 
 def _before_hand(place, hand, sign: int, rows, k4):

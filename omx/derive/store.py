@@ -12,6 +12,7 @@ import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from ..arrays import shown
 from ..dh import DHRow
@@ -64,7 +65,7 @@ def write(
         batch: False leaves the NumPy forms out.
     """
     functions, rows = listed(functions), table_of(rows)
-    about = {"notebook": notebook, "doc": doc, "parameters": parameters, "branches": branches}
+    about: dict[str, Any] = {"notebook": notebook, "doc": doc, "parameters": parameters, "branches": branches}
     python = source(name, functions, rows=rows, batch=batch, **about)
     javascript = script(functions, **about)
     path = _place(name, notebook, folder) / f"{name}.py"
