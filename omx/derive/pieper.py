@@ -32,6 +32,12 @@ ANSWERS = "One tuple of joint values (rad; mm where prismatic) for each branch, 
 GAP = "How far (mm) the answer of each branch leaves the hand from its place, turned as wanted; 0 within reach."
 
 
+SLANTING = (
+    "axes 4, 5 and 6 meet in one point, as Pieper asks, but not at right angles: such a hand cannot be turned "
+    "everywhere, and its wrist is not written here"
+)
+
+
 @dataclass(frozen=True)
 class Pattern:
     """What `pattern` found: falsy if none. `str` of it is the reason, in a sentence.
@@ -158,13 +164,15 @@ def _six(rows) -> tuple[Pattern, ...]:
     found = [look(rows) for look, why in ((_spherical, wrist), (_parallel, parallel)) if not why]
     if found:
         return tuple(sorted(found, key=lambda one: not one))
+    if wrist == SLANTING:
+        return (_none(SLANTING),)
     others = _other_three(rows)
     if others:
         return (_none(f"{others}, which is Pieper's condition, but not at the wrist, where {wrist}"),)
     return (
         _none(
             f"{wrist}, and {parallel}: no three neighbouring axes meet in one point or are parallel. Such an arm may "
-            "have 16 answers, and they need a numerical method"
+            "have up to 16 answers, and they need a numerical method"
         ),
     )
 
@@ -182,7 +190,7 @@ def _why_no_wrist(rows) -> str:
     if rows[4].d != 0:
         return f"axis 6 misses the crossing of axes 4 and 5 by {rows[4].d} mm (d of row 5)"
     if not (_square(rows[3]) and _square(rows[4])):
-        return "axes 4, 5 and 6 meet, but not at right angles, so the hand cannot be turned everywhere"
+        return SLANTING
     return ""
 
 
