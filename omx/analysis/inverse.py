@@ -226,7 +226,15 @@ class Inverse:
         return float(sum(abs(float(row.a)) + abs(float(row.d)) for row in self.chain.rows))
 
     def _refuse_another_arm(self) -> None:
-        theirs = Chain(self.module.dh_rows(*self.lengths))
-        q = np.linspace(0.3, 1.1, len(self.chain))
-        if len(theirs) != len(self.chain) or not np.allclose(theirs.fk(q), self.chain.fk(q), atol=1e-9):
+        rows = self.module.dh_rows(*self.lengths)
+        same = len(rows) == len(self.chain) and np.allclose(_table(rows), _table(self.chain.rows), atol=1e-9)
+        if same and self.takes_hand:  # a base or a tool is in the formulas only
+            q = np.where(self._slides, 0.3 * self._size, np.linspace(0.3, 1.1, 6))
+            answers = self.module.branches(*self._numbers(self.chain.fk(q)).tolist(), *self.lengths)
+            same = bool(np.abs(np.array(answers) - q).max(axis=1).min() < 1e-6 * max(self._size, 1.0))
+        if not same:
             raise BadInput(f"`module` {self.module.__name__} was written for another arm than {self.chain.name}.")
+
+
+def _table(rows) -> np.ndarray:
+    return np.array([[row.theta, row.d, row.a, row.alpha, row.prismatic] for row in rows], dtype=float)

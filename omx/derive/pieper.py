@@ -14,7 +14,7 @@ from types import ModuleType
 import sympy as sp
 
 from ..arrays import shown
-from ..dh import Chain, DHRow
+from ..dh import Chain, DHRow, exact_transform
 from ..errors import BadInput
 from .function import Function
 from .store import write
@@ -72,6 +72,8 @@ def patterns(chain: Chain) -> tuple[Pattern, ...]:
     rows = _rows(chain)
     if len(rows) == 6:
         return _six(rows)
+    if rows.fixed:
+        return (_none("with fewer than six joints, x, y, z and an angle are told in frame 0: leave base and tool off"),)
     if len(rows) <= 4 and all(_flat(row) for row in rows[:-1]):
         return (_all_parallel(rows),)
     if len(rows) in (3, 4):
@@ -92,8 +94,8 @@ def write_inverse(
     """Write `<name>.py` and `.js` with `branches` and `missing` of a table that has a pattern; return the former.
 
     Entries of the rows may be numbers or SymPy expressions; `parameters` gives each symbol in them its value. `by` is
-    the pattern to use, where the table has two. The other arguments are those of `write`. Raises `BadInput`, with the
-    reason, for a table that has none.
+    the pattern to use, where the table has two. What the chain has as `base` and `tool` is in the formulas, not in
+    `dh_rows`. The other arguments are those of `write`. Raises `BadInput`, with the reason, for a table that has none.
     """
     known = patterns(chain)
     found = known[0] if by is None else by
@@ -116,7 +118,7 @@ def write_inverse(
 # ---- looking at a table ---------------------------------------------------------------------------------
 
 
-def _rows(chain) -> list[DHRow]:
+def _rows(chain) -> "_Rows":
     """The rows, exact, with lengths that rounding left as nearly 0 made 0, and sines and cosines of twists known."""
     if not isinstance(chain, Chain):
         raise BadInput(f"`chain` must be an omx.Chain; got {shown(chain)}.")
@@ -127,10 +129,19 @@ def _rows(chain) -> list[DHRow]:
     lengths = [abs(x) for row in rows for x in (row.d, row.a) if x.is_number]
     least = TINY * max(lengths, default=1)
     clean = [(x if not x.is_number or abs(x) > least else sp.Integer(0)) for row in rows for x in (row.d, row.a)]
-    return [
+    return _Rows(chain, [
         DHRow(row.theta, d, a, row.alpha, row.prismatic)
         for row, d, a in zip(rows, clean[::2], clean[1::2], strict=True)
-    ]
+    ])  # fmt: skip
+
+
+class _Rows(list):
+    """The rows of a table, and what is fixed around them."""
+
+    def __init__(self, chain: Chain, rows):
+        super().__init__(rows)
+        self.fixed = chain.base is not None or chain.tool is not None
+        self.base, self.tool = exact_transform(chain.base), exact_transform(chain.tool)
 
 
 def _flat(row) -> bool:
@@ -309,13 +320,26 @@ def _wrist(steps: _Steps, name: str, R, k4, k5, first, rows, leaning=(0, 0)):
 # ---- six joints -----------------------------------------------------------------------------------------
 
 
-def _hand(steps: _Steps, last: DHRow):
-    """The rotation before the last row's twist, and the wrist centre in the base: fixed in the hand, so known."""
-    R = sp.Matrix(3, 3, lambda i, j: HAND[3 * j + i]) * _turned_x(-last.alpha)
-    R = sp.Matrix(3, 3, lambda i, j: steps.let(f"{'noa'[j]}{'xyz'[i]}0", R[i, j]))
-    centre = sp.Matrix(HAND[9:]) - last.d * R[:, 2] - last.a * R[:, 0]
+def _hand(steps: _Steps, rows):
+    """The rotation before the last row's twist, and the wrist centre in frame 0: fixed in the hand, so known."""
+    last, hand = rows[5], sp.eye(4)
+    hand[:3, :] = sp.Matrix(4, 3, HAND).T
+    if rows.fixed:
+        hand = _undone(rows.base) * hand * _undone(rows.tool)
+        names = [f"{column}{axis}0" for axis in "xyz" for column in "noap"]
+        hand[:3, :] = sp.Matrix(3, 4, [steps.let(*pair) for pair in zip(names, hand[:3, :], strict=True)])
+    R = hand[:3, :3] * _turned_x(-last.alpha)
+    R = sp.Matrix(3, 3, lambda i, j: steps.let(f"{'noa'[j]}{'xyz'[i]}6", R[i, j]))
+    centre = hand[:3, 3] - last.d * R[:, 2] - last.a * R[:, 0]
     # x6 lies a along the hand's own x, which the last twist leaves alone
     return R, [steps.let(f"w{axis}", entry) for axis, entry in zip("xyz", centre, strict=True)]
+
+
+def _undone(T):
+    """The inverse of a rigid transform."""
+    out = sp.eye(4)
+    out[:3, :3], out[:3, 3] = T[:3, :3].T, -T[:3, :3].T * T[:3, 3]
+    return out
 
 
 def _turned_x(angle):
@@ -387,8 +411,8 @@ def _spherical_functions(rows) -> list[Function]:
     lift = e2 * (third.d + sp.cos(third.alpha) * fourth.d)
     across = k1 * (second.d if third.prismatic else second.d + lift)
     answers, gaps = {}, {}
-    R, (wx, wy, wz) = _hand(steps, rows[5])
-    _, centre = _hand(measure, rows[5])
+    R, (wx, wy, wz) = _hand(steps, rows)
+    _, centre = _hand(measure, rows)
     sides, _ = _turn(steps, across, (wx, wy), first)
     other_sides, beside = _turn(measure, across, centre[:2], first)
     beside = measure.let("beside", beside)
@@ -477,8 +501,8 @@ def _parallel_functions(rows) -> list[Function]:
     e2, e3 = sp.cos(second.alpha), sp.cos(third.alpha)
     across = k1 * (second.d + e2 * third.d + e2 * e3 * fourth.d)
     steps, measure, answers, gaps = _Steps(), _Steps(), {}, {}
-    R, (wx, wy, wz) = _hand(steps, rows[5])
-    R_measured, centre = _hand(measure, rows[5])
+    R, (wx, wy, wz) = _hand(steps, rows)
+    R_measured, centre = _hand(measure, rows)
     sides, _ = _turn(steps, across, (wx, wy), first)
     other_sides, beside = _turn(measure, across, centre[:2], first)
     beside = measure.let("beside", beside)

@@ -186,6 +186,22 @@ def test_lengths_may_have_names(tmp_path, inverses):
     )
 
 
+@pytest.mark.parametrize("name", ["textbook", "Stanford", "UR5"])
+def test_a_fixed_base_and_tool_are_in_the_formulas(name, tmp_path):
+    base = oracles.turn_z(0.4) @ oracles.turn_x(pi / 2) @ oracles.shift(12, 30)
+    tool = oracles.turn_x(0.3) @ oracles.shift(9, 50)
+    arm = Chain(ARMS[name].rows, name=name, base=base, tool=tool)
+    inverse = Inverse(arm, write_inverse("mounted", arm, folder=tmp_path))
+    q = configurations(arm, 100, seed=11)
+    found = inverse.batch(arm.fk(q)).q
+    assert gaps(arm, q[:, None], found).max() < SAME
+    there = ~np.isnan(found[..., 0])
+    assert np.abs(arm.fk(np.nan_to_num(found)) - arm.fk(q)[:, None])[there].max() < EXACT
+    with pytest.raises(BadInput, match="written for another arm"):
+        Inverse(Chain(arm.rows, name=name), inverse.module)
+    assert "leave base and tool off" in str(pattern(Chain(omx.COURSE.chain.rows, tool=tool)))
+
+
 @settings(max_examples=8, deadline=None)
 @given(
     st.sampled_from(("elbow", "slide", "parallel")),
@@ -317,6 +333,7 @@ NONE = {
 }  # fmt: skip
 
 
+@pytest.mark.filterwarnings("ignore:.*after Craig:UserWarning")
 @pytest.mark.parametrize("name", NONE)
 def test_a_table_without_a_pattern_is_told_why(name, tmp_path):
     rows, told = NONE[name]
