@@ -21,6 +21,7 @@ def eaik(rows):
         found = robot.IK(T)  # also what comes nearest, where there is no answer
         return [q for q, nearest in zip(found.Q, found.is_LS, strict=True) if not nearest]
 
+    solve.bare = robot.IK  # what is timed
     return solve
 
 
