@@ -7,11 +7,13 @@ JavaScript. Only notebooks, tests and this package need SymPy.
 from .chain import chain_functions, write_chain
 from .function import Function
 from .module import source
+from .pieper import Pattern, pattern, patterns, write_inverse
 from .sampling import evaluated, real_points
 from .store import write
 from .symbolic import dh_matrix, exact, gather, numbers, prove_equal, residual, short, show, wrap
 
 __all__ = [
-    "Function", "chain_functions", "dh_matrix", "evaluated", "exact", "gather", "numbers", "prove_equal",
-    "real_points", "residual", "short", "show", "source", "wrap", "write", "write_chain",
+    "Function", "Pattern", "chain_functions", "dh_matrix", "evaluated", "exact", "gather", "numbers", "pattern",
+    "patterns", "prove_equal", "real_points", "residual", "short", "show", "source", "wrap", "write", "write_chain",
+    "write_inverse",
 ]  # fmt: skip

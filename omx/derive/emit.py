@@ -52,11 +52,14 @@ class Emitter:
 
     def body(self) -> list[str]:
         """The statements, indented."""
-        lines = []
-        for angle in self.function.angles:
-            lines += self._angle(angle)
-        for symbol, expression in self.function.named[0]:
-            lines += self._statement(f"{self.dialect.let}{symbol.name} = ", expression)
+        lines, known, waiting = [], {*self.function.inputs, *self.parameters}, list(self.function.angles)
+        for symbol, expression in [(None, None), *self.function.named[0]]:
+            if symbol is not None:
+                lines += self._statement(f"{self.dialect.let}{symbol.name} = ", expression)
+                known.add(symbol)
+            for angle in [angle for angle in waiting if angle.free_symbols <= known]:
+                lines += self._angle(angle)
+                waiting.remove(angle)
         return lines + self._results()
 
     def _angle(self, angle) -> list[str]:

@@ -96,7 +96,7 @@ class Function:
         given = [*self.inputs, *parameters]
         taken = self._taken_names(given, [symbol for symbol, _ in self.steps])
         self._check_outputs(taken)
-        self._check_angles(taken | set(self.outputs), set(given))
+        self._check_angles(taken | set(self.outputs))
         known = set(given)
         for symbol, expression in self.steps:
             self._check_known(as_expression(expression), known, f"step `{symbol}`")
@@ -139,13 +139,8 @@ class Function:
             if name in taken and not itself and len(self.outputs) > 1:
                 raise BadInput(f"`{self.name}`: the output `{name}` has the name of an input, parameter or step.")
 
-    def _check_angles(self, taken: set[str], given: set) -> None:
+    def _check_angles(self, taken: set[str]) -> None:
         for angle in self.angles:
-            if not angle.free_symbols <= given:
-                raise BadInput(
-                    f"`{self.name}`: sin or cos of `{angle}`, which is computed in a step; "
-                    f"make it an input, or write the sine and cosine as steps."
-                )
             for name, part in self._own_names(angle).items():
                 if name in taken:
                     raise BadInput(f"`{self.name}`: {part} is written as `{name}`, but that name is taken; change it.")

@@ -1,6 +1,6 @@
 """The same functions as JavaScript, so that a page without Python moves the arm by the same formulas."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from .emit import Emitter, one_line, operations
 from .printer import ROOTS_AND_ARCS, Dialect, Printer
@@ -43,13 +43,19 @@ class JavaScriptEmitter(Emitter):
         return [*super().body(), "}"]
 
 
-def javascript(functions, header: str, parameters, values: Mapping) -> str:
-    """The text of a module: `header` lines as comments, `PARAMETERS` if there are `values`, the functions."""
+def javascript(functions, header: str, parameters, values: Mapping, branches: Sequence[str] = ()) -> str:
+    """The text of a module: `header` as comments, `PARAMETERS` if there are `values`, `BRANCHES`, the functions."""
     emitters = [JavaScriptEmitter(function, parameters) for function in functions]
     bodies = [emitter.source() for emitter in emitters]
     comment = "\n".join(f"// {line}".rstrip() for line in header.splitlines()) + "\n"
     helper = [WRAP] if any("wrap" in emitter.printer.used for emitter in emitters) else []
-    return "\n".join([comment, *([_parameters(values)] if values else []), *helper, *bodies])
+    constants = [_parameters(values)] if values else []
+    constants += [_branches(branches)] if branches else []
+    return "\n".join([comment, *constants, *helper, *bodies])
+
+
+def _branches(names: Sequence[str]) -> str:
+    return "\n".join(["export const BRANCHES = [", *(f'    "{name}",' for name in names), "];"]) + "\n"
 
 
 def _parameters(values: Mapping) -> str:

@@ -32,6 +32,7 @@ def source(
     doc: str,
     parameters: Parameters = (),
     rows: Sequence[DHRow] = (),
+    branches: Sequence[str] = (),
     batch: bool = True,
 ) -> str:
     """The Python text that `write` writes, from the same arguments."""
@@ -45,6 +46,7 @@ def source(
     bodies = [emitter.source() for emitter in emitters]
     printer = Printer(SCALAR, symbols)
     constants = [_parameters(values, printer)] if values else []
+    constants += [_branches(branch_names(branches))] if branches else []
     table = [_rows(rows, symbols, printer)] if rows else []
     words = {word: SCALAR.imports[word] for word in printer.used} | ({"DHRow": "omx.dh"} if rows else {})
     for emitter in emitters:
@@ -53,10 +55,17 @@ def source(
     return "\n".join([header, *_imports(words), *constants]) + "\n\n" + "\n\n".join([*table, *bodies])
 
 
-def script(functions: Iterable[Function], *, notebook: str | None = None, doc: str, parameters: Parameters = ()) -> str:
+def script(
+    functions: Iterable[Function],
+    *,
+    notebook: str | None = None,
+    doc: str,
+    parameters: Parameters = (),
+    branches: Sequence[str] = (),
+) -> str:
     """The same functions as the text of a JavaScript module."""
     header = "\n".join(_header(notebook, doc, batch=False))
-    return javascript(functions, header, list(parameters), parameter_values(parameters))
+    return javascript(functions, header, list(parameters), parameter_values(parameters), branch_names(branches))
 
 
 def parameter_values(parameters: Parameters) -> dict[sp.Symbol, sp.Expr]:
@@ -69,6 +78,14 @@ def parameter_values(parameters: Parameters) -> dict[sp.Symbol, sp.Expr]:
         if not isinstance(number, sp.Expr) or number.free_symbols or not number.is_real or not abs(number) < HUGE:
             raise BadInput(f"parameter `{symbol}` must have a real number as its value; got {shown(value)}.")
     return values
+
+
+def branch_names(branches) -> list[str]:
+    """The names of an inverse's branches; `BadInput` unless they are short texts."""
+    good = isinstance(branches, (list, tuple)) and all(isinstance(name, str) for name in branches)
+    if not good or not all(re.fullmatch(r"[\w ,-]+", name) for name in branches):
+        raise BadInput(f"`branches` must be a list of plain names, one a branch; got {shown(branches)}.")
+    return list(branches)
 
 
 def listed(functions) -> list[Function]:
@@ -130,6 +147,11 @@ def _parameters(values: Mapping[sp.Symbol, sp.Expr], printer: Printer) -> str:
         comment = "" if value.is_Rational or value.is_Float else f"  # {float(value):.6f}"
         lines.append(f'    "{symbol.name}": {_number(printer, value)},{comment}')
     return "\n".join([*lines, "}"]) + "\n"
+
+
+def _branches(names: list[str]) -> str:
+    lines = ["#: The branches, in the order in which the functions return them.", "BRANCHES = ("]
+    return "\n".join([*lines, *(f'    "{name}",' for name in names), ")"]) + "\n"
 
 
 def _rows(rows: Sequence[DHRow], symbols: list[sp.Symbol], printer: Printer) -> str:

@@ -12,6 +12,7 @@ import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from ..arrays import shown
 from ..dh import DHRow
@@ -42,6 +43,7 @@ def write(
     folder: str | os.PathLike | None = None,
     parameters: Parameters = (),
     rows: Sequence[DHRow] = (),
+    branches: Sequence[str] = (),
     batch: bool = True,
 ) -> ModuleType:
     """Write `<name>.py`, and the same in JavaScript as `<name>.js`; return the former, freshly loaded.
@@ -59,11 +61,13 @@ def write(
         parameters: the symbols that every function takes after its inputs. A mapping gives their values too, and the
             module then carries them as `PARAMETERS`.
         rows: a DH table to carry along as `dh_rows(...)`.
+        branches: the names of an inverse's branches, to carry along as `BRANCHES`.
         batch: False leaves the NumPy forms out.
     """
     functions, rows = listed(functions), table_of(rows)
-    python = source(name, functions, notebook=notebook, doc=doc, parameters=parameters, rows=rows, batch=batch)
-    javascript = script(functions, notebook=notebook, doc=doc, parameters=parameters)
+    about: dict[str, Any] = {"notebook": notebook, "doc": doc, "parameters": parameters, "branches": branches}
+    python = source(name, functions, rows=rows, batch=batch, **about)
+    javascript = script(functions, **about)
     path = _place(name, notebook, folder) / f"{name}.py"
     _refuse_what_is_not_ours(path, notebook)
     compile(python, str(path), "exec")

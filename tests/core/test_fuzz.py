@@ -10,6 +10,7 @@ from collections import Counter
 from datetime import date
 from fractions import Fraction
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -31,6 +32,11 @@ SYMBOLIC = omx.Chain([(t, u, 0, 0)])
 FUNCTION = derive.Function("f", "A formula.", (t,), {"out": t + 1})
 SECTION = workspace.section()
 MOVE = motion.joint_move(omx.ZERO, omx.HOME, 1.0)
+TWO_LINKS = omx.Chain([(0, 0, 2, 0), (0, 0, 1, 0)])
+WRITTEN = ModuleType("two_links")
+exec(derive.source("m", derive.pattern(TWO_LINKS).functions(), rows=TWO_LINKS.rows, branches=["a", "b"], doc="A test."),
+     vars(WRITTEN))  # fmt: skip
+INVERSE = analysis.Inverse(TWO_LINKS, WRITTEN)
 ARC = workspace.arcs.Arc((0.0, 10.0), 50.0, 0.0, 1.0)
 
 
@@ -93,9 +99,11 @@ SOUND = {
     "directions": [(0, 0, 1), (0, 1, 0)], "tool": np.eye(4), "described": omx.urdf.text(),
     "arm": CHAIN, "path": "arm.urdf", "zero": np.eye(4), "T": np.eye(4), "progress": None,
     "random": np.random.default_rng(0), "columns": 4, "wanted": "numbers",
+    "target": (0.5, 1.0), "targets": [(0.5, 1.0)] * 3,
 }  # fmt: skip
 SOUND_FOR = {
     "calibrate": {"q": np.random.default_rng(1).uniform(-1, 1, (12, 4)), "points": np.ones((12, 3))},
+    "Inverse": {"chain": TWO_LINKS, "module": WRITTEN}, "write_inverse": {"chain": TWO_LINKS},
     "chain_functions": {"chain": omx.Chain([(0, 1, 2, 0.3)])}, "write_chain": {"chain": omx.Chain([(0, 1, 2, 0.3)])},
     "part": {"start": 0.1}, "at": {"seconds": 0.1}, "centres": {"step": 5.0}, "clipped": {"q": omx.HOME},
     "evaluated": {"expression": t + 1, "at": [{t: 1.0}]}, "real_points": {"expressions": [t + 1]},
@@ -124,9 +132,9 @@ MODULES = (
 #: Left out: what makes no promise about its arguments (helpers of `omx` itself), and what only holds data.
 HELPERS = {
     "Arc", "ArmSection", "BranchMap", "Branches", "Calibration", "Capsule", "Coordinates", "Counts", "Executor",
-    "Four", "Grid", "IKSolution", "Iteration", "Limits", "PitchMap", "Pose", "RPY", "Scaling", "Section",
-    "Trajectory", "Violation", "as_count", "as_floats", "as_four", "as_four_or_rows", "as_limits", "as_number",
-    "as_rows", "boundary_loops", "capsules", "clipped", "cpu_count", "directions", "distance", "evaluated",
+    "Four", "Grid", "IKSolution", "Iteration", "Limits", "Pattern", "PitchMap", "Pose", "RPY", "Scaling", "Section",
+    "Solution", "Trajectory", "Violation", "as_count", "as_floats", "as_four", "as_four_or_rows", "as_limits",
+    "as_number", "as_rows", "boundary_loops", "capsules", "clipped", "cpu_count", "directions", "distance", "evaluated",
     "exact_angle", "fill", "gaps", "in_blocks", "in_line", "is_foreign", "joints", "limit_violations", "link_rows",
     "namespace", "real_points", "shown", "stacked", "stale", "stratified", "uniform", "usable", "warn_if_stale",
     "wrap",
@@ -141,6 +149,7 @@ METHODS = {
         ("Section", SECTION, ("contains", "distance", "fill", "polygons")),
         ("Arc", ARC, ("points", "distance")),
         ("urdf", omx.urdf, ("text", "parse", "write")),
+        ("Inverse", INVERSE, ("__call__", "batch")),
     )
     for name in names
 }  # fmt: skip

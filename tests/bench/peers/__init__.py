@@ -23,5 +23,6 @@ PEERS = {
     "roboticstoolbox": Peer("toolbox", "peer-toolbox", ("roboticstoolbox-python", "spatialmath-python")),
     "ikpy": Peer("ikpy_chain", "peer-ikpy", ("ikpy",)),
     "EAIK": Peer("eaik_arm", "peer-eaik", ("EAIK",)),
+    "ssik": Peer("ssik_arm", "peer-ssik", ("ssik",)),
     "jax": Peer("jax_formulas", "peer-jax", ("jax", "jaxlib"), (1, 2)),
 }

@@ -3,6 +3,8 @@
 It knows no family of four-axis arms with three parallel axes, but one of five-axis arms. So the hand gets a fifth
 joint, a roll, that all our poses leave at 0. Of its four solutions two are ours, elbow up and down; the other two
 roll the hand half over, where our other two reach over the back.
+
+Arms of six joints it knows well; there both find all eight answers.
 """
 
 import numpy as np
@@ -11,6 +13,7 @@ from eaik.IK_HP import HPRobot
 import omx
 from omx.generated import ik
 from tests.bench.contenders import Q
+from tests.bench.peers import six_joints
 from tests.bench.peers.contest import SAME, Contest, agreed, configurations, our_ik, threaded
 from tests.bench.timing import Contender
 from tests.helpers.oracles import angle_gap
@@ -79,4 +82,10 @@ def inverse(count: int) -> Contest:
     return Contest(our_ik(omx.pose(q)), theirs, gap)
 
 
-WORK = {"FK, one": forward_one, "FK, batch": forward, "IK, one": inverse_one, "IK, batch": inverse}
+WORK = {
+    "FK, one": forward_one,
+    "FK, batch": forward,
+    "IK, one": inverse_one,
+    "IK, batch": inverse,
+    **six_joints.work("eaik"),
+}
