@@ -15,11 +15,7 @@ from book.publish import markup
 
 HIDDEN = ("remove-cell", "solution", "check")
 EXERCISE = re.compile(r"### Exercise (\d+\.\d+) · (.+)")
-<<<<<<< HEAD
 EFFORT = re.compile(r"\*Difficulty (\d) of 5, about (\d+) minutes\b")
-=======
-EFFORT = re.compile(r"\*Difficulty (\d) of 5, about (\d+) minutes")
->>>>>>> course
 
 #: How long a class looks at things (s), beside the time to say the words: a line of code, a formula, a picture, ...
 WORDS_A_SECOND = 2.2
