@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..arm import NO_LOAD_SPEED, STALL_TORQUE
-from ..arrays import as_number, as_rows
+from ..arrays import as_number, as_rows, shown
 from ..errors import BadInput, OmxError
 from .dynamics import motor_torques
 from .paths import Path
@@ -61,6 +61,7 @@ class Allowed:
 
 def torque_lines(path: Path, payload_g: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """`still`, `along` and `bend`, each (N, 4), of the motors' torque still + along u + bend x (Nm) on the path."""
+    _check(path, Allowed(payload_g=payload_g))
     still = motor_torques(path.q, payload_g=payload_g)
     along = motor_torques(path.q, qdd=path.dq, payload_g=payload_g) - still
     return still, along, motor_torques(path.q, path.dq, path.ddq, payload_g) - still
@@ -106,8 +107,10 @@ def fastest(path: Path, allowed: Allowed) -> Trajectory:
 
 
 def _check(path, allowed) -> None:
-    if not isinstance(path, Path) or not isinstance(allowed, Allowed):
-        raise BadInput("`path` must be a Path of joints, such as `spline_path(...)`, and `allowed` an Allowed(...).")
+    if not isinstance(path, Path):
+        raise BadInput(f"`path` must be a Path of joints, such as `spline_path(...)` gives; got {shown(path)}.")
+    if not isinstance(allowed, Allowed):
+        raise BadInput(f"`allowed` must be an Allowed(...); got {shown(allowed)}.")
 
 
 def _both_ends(path: Path, allowed: Allowed) -> np.ndarray:
