@@ -70,22 +70,22 @@ def rounded(corners, error: float, samples: int = 500) -> Path:
     return Path(s, pose, directions[0] + turned @ turns, (bending / (2 * halves)) @ turns)
 
 
-def in_joints(tool: Path, start, geometry: Geometry = COURSE, limits=LIMITS) -> Path:
+def in_joints(way: Path, start, geometry: Geometry = COURSE, limits=LIMITS) -> Path:
     """A way of the tool as one of the joints (rad): from the legal solution nearest to `start` (rad), on its branch.
 
     With p' = J q' the chain rule gives p'' = J q'' + J' q'. Raises `Unreachable` or `JointLimit` where there is no
     solution to begin with, `PathBlocked` where its branch ends, `BadInput`.
     """
-    if not isinstance(tool, Path):
-        raise BadInput("`tool` must be a Path of the tool, such as `rounded(...)` gives.")
+    if not isinstance(way, Path):
+        raise BadInput("`way` must be a Path of the tool, such as `rounded(...)` gives.")
     geometry, limits = as_geometry(geometry), limits if limits is LIMITS else as_limits(limits, 4)
-    first = solve_ik(tool.q[0], as_four(start, "start", JOINT_ANGLES), geometry, limits)
-    q = solve_along(tool.q, np.array(first), geometry, limits, tool.s / tool.s[-1])
+    first = solve_ik(way.q[0], as_four(start, "start", JOINT_ANGLES), geometry, limits)
+    q = solve_along(way.q, np.array(first), geometry, limits, way.s / way.s[-1])
     J = task_jacobian(q, geometry)
-    dq = _solved(J, tool.dq)
+    dq = _solved(J, way.dq)
     h = 1e-5 / np.abs(dq).max()
     dJ = (task_jacobian(q + h * dq, geometry) - task_jacobian(q - h * dq, geometry)) / (2 * h)
-    return Path(tool.s, q, dq, _solved(J, tool.ddq - (dJ @ dq[..., None])[..., 0]))
+    return Path(way.s, q, dq, _solved(J, way.ddq - (dJ @ dq[..., None])[..., 0]))
 
 
 def _solved(J, velocity) -> np.ndarray:

@@ -34,6 +34,8 @@ MOVE = motion.joint_move(omx.ZERO, omx.HOME, 1.0)
 WAY = motion.rounded([(200, -50, 150, 0), (200, 50, 150, 0), (180, 50, 200, 0)], 5.0, 30)
 ARC = workspace.arcs.Arc((0.0, 10.0), 50.0, 0.0, 1.0)
 
+TURN = motion.spline_path([omx.ZERO, omx.HOME], 30)
+
 
 class Table:
     """Like a data frame: its iterator gives the names of its columns."""
@@ -97,7 +99,7 @@ SOUND = {
     "random": np.random.default_rng(0), "columns": 4, "wanted": "numbers",
 }  # fmt: skip
 SOUND_FOR = {
-    **dict.fromkeys(("fastest", "controllable", "torque_lines"), {"path": motion.spline_path([omx.ZERO, omx.HOME], 30)}),
+    **{name: {"path": TURN} for name in ("fastest", "controllable", "torque_lines")},
     "calibrate": {"q": np.random.default_rng(1).uniform(-1, 1, (12, 4)), "points": np.ones((12, 3))},
     "chain_functions": {"chain": omx.Chain([(0, 1, 2, 0.3)])}, "write_chain": {"chain": omx.Chain([(0, 1, 2, 0.3)])},
     "part": {"start": 0.1}, "at": {"seconds": 0.1}, "centres": {"step": 5.0}, "clipped": {"q": omx.HOME},
