@@ -13,14 +13,16 @@ CHAPTERS = {
     "fk": "03-forward-kinematics",
     "ik": "04-inverse-kinematics",
     "jacobian": "05-jacobian",
+    "gravity": "17-weight",
     "polynomials": "15-very-many-poses",
 }
 
-#: What the small module calls in each of them.
+#: What the package itself calls in each of them.
 NEEDED = {
     "fk": ("PARAMETERS", "dh_rows", "pose", "pose_batch", "transform", "transform_batch", "frames", "frames_batch"),
     "ik": ("branches", "branches_batch", "missing"),
     "jacobian": ("jacobian", "jacobian_batch"),
+    "gravity": ("torques", "torques_batch"),
 }
 
 
@@ -55,4 +57,4 @@ def _try(fk: ModuleType) -> None:
     fk.pose(*[0.1] * 4, *values)
 
 
-fk, ik, jacobian = map(_usable, NEEDED)
+fk, ik, jacobian, gravity = map(_usable, NEEDED)

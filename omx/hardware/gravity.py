@@ -1,42 +1,30 @@
 """What gravity does to the arm: the torque on each joint, from the masses and lengths of the links.
 
-The virtual arm falls by it; the driver balances an arm with it, and knows by it how much current a joint may need.
+The virtual arm falls by it; the driver balances an arm with it, and knows by it how much current a joint may need. The
+formula is that of the chapter on weight.
 """
 
 from math import cos, sin
 
 from ..arm import FOREARM, GRAVITY, HOLDING_MA, STIFFNESS, TORQUE_PER_MA, UPPER_ARM, WRIST
 from ..errors import BadInput, TooHeavy
+from ..generated import gravity
 from ..geometry import MAKER
 
-_MM = 1e-3
 #: The most that the arm is meant to carry (g): the maker's payload.
 MOST_GRAMS = 500.0
-_ELBOW = (MAKER.L2 * sin(MAKER.delta), MAKER.L2 * cos(MAKER.delta))
-
-
-def _forward(at: tuple[float, float], s: float, c: float) -> float:
-    """How far forward (mm) the point `at` is after its link has pitched down by the angle with this sine, cosine."""
-    return at[0] * c + at[1] * s
+_LINKS = [number for mass, centre in (UPPER_ARM, FOREARM, WRIST) for number in (mass, *centre)]
+#: The arm as the formula takes it: g, mass (kg) and centre (mm) of each link, and the maker's lengths.
+ARM = (GRAVITY, *_LINKS, MAKER.L2, MAKER.L3, MAKER.L4, MAKER.delta)
 
 
 def torques(q2: float, q3: float, q4: float, payload_kg: float = 0.0) -> tuple[float, float, float]:
     """Torque (Nm) of gravity on joints 2, 3, 4, positive when it pitches the joint down. Joint 1 feels none.
 
-    Each link's weight acts at its lever arm: how far forward of the joint its centre of mass lies. A payload hangs
-    between the finger tips, where the tool frame is.
+    A payload hangs between the finger tips, where the tool frame is.
     """
-    s2, c2 = sin(q2), cos(q2)
-    s23, c23 = sin(q2 + q3), cos(q2 + q3)
-    s234, c234 = sin(q2 + q3 + q4), cos(q2 + q3 + q4)
-    elbow, wrist = _forward(_ELBOW, s2, c2), MAKER.L3 * c23
-    upper = UPPER_ARM[0] * _forward(UPPER_ARM[1], s2, c2)
-    fore = _forward(FOREARM[1], s23, c23)
-    end = WRIST[0] + payload_kg
-    on_4 = WRIST[0] * _forward(WRIST[1], s234, c234) + payload_kg * MAKER.L4 * c234
-    on_3 = FOREARM[0] * fore + end * wrist + on_4
-    on_2 = upper + FOREARM[0] * (elbow + fore) + end * (elbow + wrist) + on_4
-    return GRAVITY * _MM * on_2, GRAVITY * _MM * on_3, GRAVITY * _MM * on_4
+    on_2, on_3, on_4 = gravity.torques(q2, q3, q4, payload_kg, *ARM)
+    return on_2 / 1000, on_3 / 1000, on_4 / 1000
 
 
 def lowest(q2: float, q3: float, q4: float) -> float:

@@ -119,12 +119,7 @@ def joint_path(
     waypoints, seconds: float | Sequence[float], scaling: Scaling = quintic, rate: float = 100.0
 ) -> Trajectory:
     """Through `waypoints` (N, 4) rad in turn, resting at each; `seconds` for each leg, or one number for all."""
-    q = as_rows(waypoints, "waypoints", 4, JOINT_ANGLES)
-    if q.ndim != 2 or len(q) < 2:
-        raise BadInput(f"`waypoints` must be at least two configurations, shape (N, 4); got {q.shape}.")
-    legs: list[Any] = [seconds] * (len(q) - 1) if np.ndim(seconds) == 0 else list(cast(Any, seconds))
-    if len(legs) != len(q) - 1:
-        raise BadInput(f"`seconds` must be one number, or one for each of the {len(q) - 1} legs; got {len(legs)}.")
+    q, legs = _legs(waypoints, seconds)
     path = joint_move(q[0], q[1], legs[0], scaling, rate)
     for start, end, duration in zip(q[1:-1], q[2:], legs[1:], strict=True):
         path = path.then(joint_move(start, end, duration, scaling, rate))
@@ -137,27 +132,48 @@ def joint_spline(waypoints, seconds: float | Sequence[float], rate: float = 100.
     A clamped cubic spline: on each leg a cubic, and where two meet position, velocity and acceleration agree. The
     velocities at the waypoints solve that. Between two waypoints it may swing a little beyond them.
     """
-    q = as_rows(waypoints, "waypoints", 4, "joint angles in rad")
+    q, legs = _legs(waypoints, seconds)
+    rate = as_number(rate, "rate", "a positive number of samples a second", TINY)
+    knots = np.concatenate([[0.0], np.cumsum(legs)])
+    if knots[-1] * rate > MOST_SAMPLES:
+        raise BadInput(
+            f"`seconds` times `rate` must be at most {MOST_SAMPLES:.0e} samples; got {knots[-1] * rate:.1e}."
+        )
+    t = np.linspace(0.0, knots[-1], max(2, ceil(knots[-1] * rate) + 1))
+    return Trajectory(t, *spline(knots, q, t))
+
+
+def _legs(waypoints, seconds) -> tuple[np.ndarray, list[float]]:
+    """The waypoints (N, 4) in rad, and the seconds (N - 1) of the ways between them."""
+    q = as_rows(waypoints, "waypoints", 4, JOINT_ANGLES)
     if q.ndim != 2 or len(q) < 2:
         raise BadInput(f"`waypoints` must be at least two configurations, shape (N, 4); got {q.shape}.")
-    h = np.broadcast_to(np.asarray(seconds, dtype=float), (len(q) - 1,))
-    if not (np.isfinite(h).all() and (h > 0).all() and np.isfinite(rate) and rate > 0):
-        raise BadInput(f"`seconds` and `rate` must be positive numbers; got {seconds} and {rate}.")
+    legs: list[Any] = [seconds] * (len(q) - 1) if np.ndim(seconds) == 0 else list(cast(Any, seconds))
+    if len(legs) != len(q) - 1:
+        raise BadInput(f"`seconds` must be one number, or one for each of the {len(q) - 1} legs; got {len(legs)}.")
+    return q, [as_number(leg, "seconds", "a positive number of seconds", TINY) for leg in legs]
+
+
+def spline(knots, points, at, free: bool = False) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The cubic spline through `points` (N, n) at the growing `knots` (N,): value, slope and curvature where `at` says.
+
+    At both ends its slope is zero or, where `free`, its curvature is.
+    """
+    h, q = np.diff(knots), np.asarray(points, float)
     slopes = np.diff(q, axis=0) / h[:, None]
     A, b = np.eye(len(q)), np.zeros_like(q)
     for i in range(1, len(q) - 1):
         A[i, i - 1 : i + 2] = h[i], 2 * (h[i - 1] + h[i]), h[i - 1]
         b[i] = 3 * (h[i] * slopes[i - 1] + h[i - 1] * slopes[i])
+    if free:
+        A[0, :2], A[-1, -2:] = (2, 1), (1, 2)
+        b[0], b[-1] = 3 * slopes[0], 3 * slopes[-1]
     v = np.linalg.solve(A, b)
-    knots = np.concatenate([[0.0], np.cumsum(h)])
-    t = np.linspace(0.0, knots[-1], max(2, ceil(knots[-1] * rate) + 1))
-    leg = np.clip(np.searchsorted(knots, t, side="right") - 1, 0, len(h) - 1)
-    u, width = (t - knots[leg])[:, None], h[leg][:, None]
+    leg = np.clip(np.searchsorted(knots, at, side="right") - 1, 0, len(h) - 1)
+    u, width = (at - knots[leg])[:, None], h[leg][:, None]
     c2 = (3 * slopes[leg] - 2 * v[leg] - v[leg + 1]) / width
     c3 = (v[leg] + v[leg + 1] - 2 * slopes[leg]) / width**2
-    return Trajectory(
-        t, q[leg] + u * (v[leg] + u * (c2 + u * c3)), v[leg] + u * (2 * c2 + 3 * c3 * u), 2 * c2 + 6 * c3 * u
-    )
+    return q[leg] + u * (v[leg] + u * (c2 + u * c3)), v[leg] + u * (2 * c2 + 3 * c3 * u), 2 * c2 + 6 * c3 * u
 
 
 def line(
@@ -198,17 +214,32 @@ def line(
     way[3] = wrap(way[3])
     seconds, t, (s, ds, _) = _timeline(seconds, scaling, rate)
     poses = first + np.outer(s, way)
-    q, qd = np.empty_like(poses), np.empty_like(poses)
-    for i, wanted in enumerate(poses):
-        last = q[i - 1] if i else q0
-        try:
-            q[i] = _next(wanted, last, geometry, limits)
-            qd[i] = _joint_velocity(q[i], way * ds[i] / seconds, geometry, max_speed)
-        except OmxError as reason:
-            reached = kinematics.pose(last, geometry)
-            raise PathBlocked(float(s[max(i - 1, 0)]), reached, last, reason) from reason
+    qd = np.empty_like(poses)
+
+    def look(i, here):
+        qd[i] = _joint_velocity(here, way * ds[i] / seconds, geometry, max_speed)
+
+    q = solve_along(poses, q0, geometry, limits, s, look)
     qdd = np.gradient(qd, t, axis=0, edge_order=2) if len(t) > 2 else np.zeros_like(qd)
     return Trajectory(t, q, qd, qdd)
+
+
+def solve_along(poses, start, geometry: Geometry, limits, shares, look=lambda i, here: None) -> np.ndarray:
+    """Joint angles (N, 4) for `poses` in their order, each on the branch of the one before, the first on `start`'s.
+
+    Raises `PathBlocked` where that ends, or where `look(i, q)` raises what it has against the joint angles of pose i.
+    `shares` (N,) says how much of the way is done at each pose.
+    """
+    q = np.empty((len(poses), 4))
+    for i, wanted in enumerate(poses):
+        last = q[i - 1] if i else start
+        try:
+            q[i] = _next(wanted, last, geometry, limits)
+            look(i, q[i])
+        except OmxError as reason:
+            reached = kinematics.pose(last, geometry)
+            raise PathBlocked(float(shares[max(i - 1, 0)]), reached, last, reason) from reason
+    return q
 
 
 def _next(wanted, last, geometry, limits):

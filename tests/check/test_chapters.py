@@ -48,6 +48,8 @@ RIGHT_ALL_THE_SAME = {
     **{name: {"arc sine of its sine"} for name in ("sin_q5", "cos_q5", "sin_q6", "cos_q6")},  # at most 1
     "apart": {"root of its square"},  # a distance
     "radius_squared": {"root of its square"},  # a square
+    "old_error": {"root of its square"},  # a distance
+    "old_bend": {"root of its square"},  # a size
     "cos_shoulder": {"arc sine of its sine"},  # a cosine is at most 1
     "sigma_uniform": {"arc sine of its sine"},  # far below 1
     "sigma_sine": {"arc sine of its sine"},

@@ -37,7 +37,10 @@ WRITTEN = ModuleType("two_links")
 exec(derive.source("m", derive.pattern(TWO_LINKS).functions(), rows=TWO_LINKS.rows, branches=["a", "b"], doc="A test."),
      vars(WRITTEN))  # fmt: skip
 INVERSE = analysis.Inverse(TWO_LINKS, WRITTEN)
+WAY = motion.rounded([(200, -50, 150, 0), (200, 50, 150, 0), (180, 50, 200, 0)], 5.0, 30)
 ARC = workspace.arcs.Arc((0.0, 10.0), 50.0, 0.0, 1.0)
+
+TURN = motion.spline_path([omx.ZERO, omx.HOME], 30)
 
 
 class Table:
@@ -95,6 +98,7 @@ SOUND = {
     "limits": omx.LIMITS, "joints": 4,
     "other": motion.joint_move(omx.HOME, omx.ZERO, 1.0), "geometry": omx.COURSE, "low": 0.0, "high": 90.0, "done": 1,
     "total": 2, "angle": 0.3, "parameters": (), "key": "L2", "step": 40.0, "pitches": 8, "index": 0, "stop": 0.5,
+    "corners": [(200, -50, 150, 0), (200, 50, 150, 0)], "error": 5.0, "way": WAY, "allowed": motion.Allowed(),
     "w": (0, 0, 1), "direction": (0, 1, 0), "twist": (0, 0, 0, 0, 0, 1), "twists": [(0, 0, 0, 0, 0, 1)] * 4,
     "directions": [(0, 0, 1), (0, 1, 0)], "tool": np.eye(4), "described": omx.urdf.text(),
     "arm": CHAIN, "path": "arm.urdf", "zero": np.eye(4), "T": np.eye(4), "progress": None,
@@ -102,6 +106,7 @@ SOUND = {
     "target": (0.5, 1.0), "targets": [(0.5, 1.0)] * 3,
 }  # fmt: skip
 SOUND_FOR = {
+    **{name: {"path": TURN} for name in ("fastest", "controllable", "torque_lines")},
     "calibrate": {"q": np.random.default_rng(1).uniform(-1, 1, (12, 4)), "points": np.ones((12, 3))},
     "Inverse": {"chain": TWO_LINKS, "module": WRITTEN}, "write_inverse": {"chain": TWO_LINKS},
     "chain_functions": {"chain": omx.Chain([(0, 1, 2, 0.3)])}, "write_chain": {"chain": omx.Chain([(0, 1, 2, 0.3)])},
@@ -132,12 +137,12 @@ MODULES = (
 #: Left out: what makes no promise about its arguments (helpers of `omx` itself), and what only holds data.
 HELPERS = {
     "Arc", "ArmSection", "BranchMap", "Branches", "Calibration", "Capsule", "Coordinates", "Counts", "Executor",
-    "Four", "Grid", "IKSolution", "Iteration", "Limits", "Pattern", "PitchMap", "Pose", "RPY", "Scaling", "Section",
+    "Four", "Grid", "IKSolution", "Iteration", "Limits", "Path", "Pattern", "PitchMap", "Pose", "RPY", "Scaling", "Section",
     "Solution", "Trajectory", "Violation", "as_count", "as_floats", "as_four", "as_four_or_rows", "as_limits",
     "as_number", "as_rows", "boundary_loops", "capsules", "clipped", "cpu_count", "directions", "distance", "evaluated",
     "exact_angle", "fill", "gaps", "in_blocks", "in_line", "is_foreign", "joints", "limit_violations", "link_rows",
-    "namespace", "real_points", "shown", "stacked", "stale", "stratified", "uniform", "usable", "warn_if_stale",
-    "wrap",
+    "namespace", "real_points", "shown", "solve_along", "spline", "stacked", "stale", "stratified", "uniform", "usable",
+    "warn_if_stale", "wrap",
 }  # fmt: skip
 METHODS = {
     f"{label}.{name}": getattr(thing, name)

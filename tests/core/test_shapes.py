@@ -37,6 +37,7 @@ MANY = {
     "Chain.jacobian": (CHAIN.jacobian, angles),
     "task_jacobian": (motion.task_jacobian, angles),
     "manipulability": (motion.manipulability, angles),
+    "motor_torques": (lambda q: motion.motor_torques(q, 1 + q, 2 - q, 100.0), angles),
     "joint_velocity": (lambda q: motion.joint_velocity(q, 10 * np.cos(q)), angles),
     "joint_velocity, damped": (lambda q: motion.joint_velocity(q, 10 * np.cos(q), 3.0), angles),
     "joint_velocity, one q": (lambda v: motion.joint_velocity(omx.HOME, v, 3.0), angles),
