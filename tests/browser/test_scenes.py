@@ -164,6 +164,27 @@ def test_the_tool_is_dragged_in_a_notebook(lab, open_page, notebook):
     assert not page.errors
 
 
+LIVE = """import numpy as np
+from omx import LiveFigure
+sliders = {"sigma (deg)": (0.05, 1, 0.5, 0.05), "q2 (deg)": (-80, 80, 0), "q3 (deg)": (-80, 80, 0)}
+LiveFigure("cloud", sliders, "Tips", draws=np.eye(4))"""
+
+
+def test_a_live_figure_lives_without_the_kernel(open_page, notebook):
+    page = open_page(notebook(LIVE))
+    page.run_all()
+    panel = page.page.locator(".omx-panel[data-kind=figure]")
+    panel.scroll_into_view_if_needed()
+    before, words = pixels(panel), panel.locator(".omx-says").inner_text()
+    slider = panel.get_by_role("slider", name="sigma in")
+    slider.focus()
+    for _ in range(4):
+        slider.press("ArrowRight")
+    assert panel.locator(".omx-says").inner_text() != words
+    assert share_changed(before, pixels(panel)) > 0.002
+    assert not page.errors
+
+
 def scene_frames(page):
     return [frame for frame in page.frames if frame != page.main_frame and frame.evaluate("!!window.omxScene")]
 

@@ -284,9 +284,8 @@ def test_a_finger_drags_too_and_the_sliders_of_a_panel_follow(browser, tmp_path)
     """On a touch screen, in a page with a panel: the finger pulls the ball, the sliders and verdicts follow."""
     write_site_script(tmp_path)
     (tmp_path / "omx-kinematics.js").write_text(shared.kinematics(), encoding="utf-8")
-    names = ("omx-view.js", "omx-kinematics.js", "dh_row_panel.js", "panel.js")
-    for name in names[2:]:
-        (tmp_path / name).write_bytes((shared.PANELS / name).read_bytes())
+    names = ("omx-view.js", "omx-kinematics.js", "omx-panels.js")
+    (tmp_path / names[-1]).write_text(shared.panels(), encoding="utf-8")
     scripts = "".join(f'<script src="{name}" defer></script>' for name in names)
     path = write(tmp_path, PosePanel(q=(0.3, -0.4, 0.4, 0.5)).static_html(shared=True), script=scripts)
     context = browser.new_context(viewport={"width": 390, "height": 800}, has_touch=True, is_mobile=True)

@@ -1,8 +1,12 @@
-"""Sliders beside the 3-D arm: joint angles, the tool's pose with its four IK branches, a DH row, or a robot."""
+"""Sliders beside the 3-D arm: joint angles, the tool's pose with its four IK branches, a DH row, or a robot.
+
+And sliders under a figure that is computed where it is seen.
+"""
 
 from .dh_row_panel import RowPanel
 from .joint_panel import JointPanel
+from .live_figure import LiveFigure
 from .pose_panel import PosePanel
 from .robot_panel import RobotPanel
 
-__all__ = ["JointPanel", "PosePanel", "RobotPanel", "RowPanel"]
+__all__ = ["JointPanel", "LiveFigure", "PosePanel", "RobotPanel", "RowPanel"]
