@@ -164,6 +164,26 @@ def test_the_tool_is_dragged_in_a_notebook(lab, open_page, notebook):
     assert not page.errors
 
 
+def test_a_scene_is_saved_as_one_page_that_needs_no_notebook(open_page, notebook, context, tmp_path):
+    page = open_page(notebook(SCENE, "view.q = (0.4, -0.5, 0.3, 0.9)"))
+    page.run_all()
+    page.scene()
+    page.settle()
+    (frame,) = scene_frames(page.page)
+    frame.locator("#omx-bar button[aria-label^=More]").click()
+    with page.page.expect_download() as download:
+        frame.locator("#omx-bar button", has_text="html").click()
+    download.value.save_as(tmp_path / "scene.html")
+    alone = context.new_page()
+    asked = []
+    alone.on("request", lambda request: asked.append(request.url))
+    alone.goto((tmp_path / "scene.html").as_uri())
+    alone.wait_for_selector("body[data-ready]", timeout=30_000)
+    assert tool_position(alone) == pytest.approx(1e-3 * omx.fk((0.4, -0.5, 0.3, 0.9))[:3, 3], abs=1e-9)
+    assert len([url for url in asked if not url.startswith(("data:", "blob:"))]) == 1
+    alone.close()
+
+
 LIVE = """import numpy as np
 from omx import LiveFigure
 sliders = {"sigma (deg)": (0.05, 1, 0.5, 0.05), "q2 (deg)": (-80, 80, 0), "q3 (deg)": (-80, 80, 0)}
