@@ -55,7 +55,9 @@ _LATER = {
     **dict.fromkeys(("clock", "doctor", "dynamixel", "log", "robot", "safety", "simulator"), "omx.hardware"),
     **dict.fromkeys(("Robot", "find_ports"), "omx.hardware.robot"),
     **dict.fromkeys(("Camera", "RowView", "View"), "omx.display.viewer"),
-    **dict.fromkeys(("JointPanel", "PosePanel", "RobotPanel", "RowPanel", "TeachPanel"), "omx.display.panels"),
+    **dict.fromkeys(
+        ("JointPanel", "LiveFigure", "PosePanel", "RobotPanel", "RowPanel", "TeachPanel"), "omx.display.panels"
+    ),
     **dict.fromkeys(("panels", "plots", "viewer"), "omx.display"),
     **dict.fromkeys(("accuracy", "compiled", "same_robot", "workspace"), "omx.analysis"),
     **dict.fromkeys(("differential_ik", "trajectory"), "omx.motion"),
@@ -65,11 +67,11 @@ _LATER = {
 __all__ = [
     "COURSE", "HOME", "LIMITS", "MAKER", "ZERO",
     "BadInput", "BusCorrupt", "BusError", "BusTimeout", "Camera", "Chain", "Collision", "DHRow", "Geometry",
-    "IKSolution", "JointLimit", "JointPanel", "LogError", "NotArrived", "NotDecided", "NotEqual", "NotIdentifiable",
-    "NotReady", "ObjectLost", "OmxError", "OutOfBounds", "PathBlocked", "PortBusy", "PortError", "PortLost", "Pose",
-    "PosePanel", "Robot", "RobotPanel", "RowPanel", "RowView", "ServoFault", "ServoLost", "ServoRefused",
-    "ServoRestarted", "Stalled", "Stopped", "TeachPanel", "TooFast", "TooHeavy", "TorqueOff", "Unreachable",
-    "View", "ViewerMissing", "Violation", "Wrong", "WrongServo",
+    "IKSolution", "JointLimit", "JointPanel", "LiveFigure", "LogError", "NotArrived", "NotDecided", "NotEqual",
+    "NotIdentifiable", "NotReady", "ObjectLost", "OmxError", "OutOfBounds", "PathBlocked", "PortBusy", "PortError",
+    "PortLost", "Pose", "PosePanel", "Robot", "RobotPanel", "RowPanel", "RowView", "ServoFault", "ServoLost",
+    "ServoRefused", "ServoRestarted", "Stalled", "Stopped", "TeachPanel", "TooFast", "TooHeavy", "TorqueOff",
+    "Unreachable", "View", "ViewerMissing", "Violation", "Wrong", "WrongServo",
     "fk", "frames", "ik", "ik_batch", "jacobian", "other_arm", "pose", "solve_ik",
 ]  # fmt: skip
 

@@ -227,7 +227,28 @@ START = "00"  # the first chapter shows around; it has no chapters before it and
 NOT_FOR_START = (closing_sections, used_tags, the_student_works)
 #: Rules for the chapters that were brought up to them; the others follow one by one.
 NEW_RULES = (the_student_works, numbers_are_backed)
-BROUGHT_UP = ("00", "01", "02", "03", "04", "05", "06", "07", "08", "09", "10", "11", "12", "13", "14", "16", "17", "18", "19", "20")
+BROUGHT_UP = (
+    "00",
+    "01",
+    "02",
+    "03",
+    "04",
+    "05",
+    "06",
+    "07",
+    "08",
+    "09",
+    "10",
+    "11",
+    "12",
+    "13",
+    "14",
+    "16",
+    "17",
+    "18",
+    "19",
+    "20",
+)
 
 
 def problems(path):

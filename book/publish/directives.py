@@ -50,7 +50,7 @@ def card(path):
 
 @cache
 def arm(kind, q, height):
-    """The HTML of an arm under sliders, for pages that load omx-view.js and panel.js."""
+    """The HTML of an arm under sliders, for pages that load omx-view.js and omx-panels.js."""
     from omx.display.panels import JointPanel, PosePanel
     from omx.display.viewer import View
 

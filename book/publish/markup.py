@@ -18,6 +18,8 @@ from book.publish import pages, screen
 
 MOST_LINES = 20
 INLINE = re.compile(r"(\\\((?:(?!\\\)).)*\\\))([.,;:!?)\u201d\"]+)", re.DOTALL)
+SHOWN = re.compile("omx-scene|omx-panel")
+FORMULA = '<div class="formula">'
 LINK = re.compile(r"\[([^\[\]]*)\]\((?!https?:)[^()#]*?([\w-]+)\.(ipynb|md)(?:#[^()]*)?\)")
 
 
@@ -35,7 +37,7 @@ def rendered(cell):
 def shows_picture(cell):
     """Does the cell show a scene or a figure? On a slide that speaks for itself, without the call that drew it."""
     data = [output.get("data", {}) for output in cell.get("outputs", [])]
-    return any("omx-scene" in text_of(d.get("text/html", "")) or any(m.startswith("image/") for m in d) for d in data)
+    return any(SHOWN.search(text_of(d.get("text/html", ""))) or any(m.startswith("image/") for m in d) for d in data)
 
 
 def code(source):

@@ -6,8 +6,8 @@ from book.chapters import runs
 from book.setup.paths import BUILD, ROOT, Stop
 
 SHARED = BUILD / "shared"
-GENERATED = ("fk", "ik")
-PANELS = ROOT / "omx/display/panels"
+LIVE = ROOT / "omx/display/panels/live_figure.css"
+GENERATED = ("fk", "ik", "jacobian")
 
 
 def share(libraries, folder=SHARED):
@@ -21,14 +21,21 @@ def share(libraries, folder=SHARED):
     fresh.mkdir(exist_ok=True)
     update(folder / "omx-view.js", write_site_script(fresh, runs.stock()).read_bytes())
     shutil.rmtree(fresh)
-    for name in ("dh_row_panel.js", "panel.js"):
-        update(folder / name, (PANELS / name).read_bytes())
+    update(folder / "omx-panels.js", panels().encode())
+    update(folder / LIVE.name, LIVE.read_bytes())
 
 
 def update(path, data):
     """Write the file if its bytes change, so that Sphinx sees what is new."""
     if not path.exists() or path.read_bytes() != data:
         path.write_bytes(data)
+
+
+def panels():
+    """The scripts of panels and live figures as one."""
+    from omx.display.panels import live_figure
+
+    return live_figure.script()
 
 
 def kinematics():

@@ -19,7 +19,7 @@ MOST_WORDS, SMALLEST_PX = 75, 18
 #: What each slide shows, all fragments on: its size beyond the slide (px), words, smallest type (px), and of what kind.
 MEASURE = """() => {
   Reveal.configure({ transition: "none" });
-  const skipped = "aside, pre, mjx-container, svg, .omx-scene, .omx-controls, .omx-note, .katex";
+  const skipped = "aside, pre, mjx-container, svg, .omx-scene, .omx-plot, .omx-controls, .omx-note, .katex";
   const word = /[\\p{L}]/u;
   const own = (node) => [...node.childNodes].some((c) => c.nodeType === 3 && c.data.trim());
   return Reveal.getSlides().map((slide) => {
@@ -51,7 +51,7 @@ MEASURE = """() => {
       right: Math.max(0, ...edges.map((e) => (e.right - box.left) / scale - 1280)),
       covered: images.some(([c, place]) => lines.some((line) => !c.contains(line) && !apart(place, rect(line)))),
       cut: wide.length, words: all, smallest, culprit: culprit?.className || culprit?.tagName || "",
-      bare: !words(clone) && !slide.querySelector("pre, mjx-container, img, svg, table, .omx-scene"),
+      bare: !words(clone) && !slide.querySelector("pre, mjx-container, img, svg, table, .omx-scene, .omx-plot"),
       unsaid: !!slide.querySelector(".code") && !clone.querySelector("p, li, td"),
       notes: (slide.querySelector("aside.notes")?.textContent ?? "").split(/\\s+/).length - 1,
     };

@@ -20,7 +20,7 @@ from book.publish import deck, notices, npm, shared
 from book.setup.paths import ROOT, Stop
 
 SLIDES = ROOT / "build" / "slides"
-SHARED = ("mathjax/tex-svg-full.js", "omx-view.js", "omx-kinematics.js", "dh_row_panel.js", "panel.js")
+SHARED = ("mathjax/tex-svg-full.js", "omx-view.js", "omx-kinematics.js", "omx-panels.js", "live_figure.css")
 LIBRARIES = ("reveal.js/dist/reveal.js", "reveal.js/dist/reveal.css", "reveal.js/plugin/notes/notes.js")
 OWN = ("deck.js", "deck.css", "arm.svg")
 

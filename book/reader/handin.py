@@ -81,7 +81,8 @@ def page(notebook, path, results, is_run):
     body = "\n".join(f'<section class="cell">{piece}</section>' for cell in cells if (piece := shown(cell)))
     template = (ROOT / "book" / "templates" / "handin.html").read_text(encoding="utf-8")
     values = {"title": html.escape(name), "about": f"{about}<table>{rows}</table>", "body": body, "scripts": scripts()}
-    values["house"] = (ROOT / "book" / "static" / "house.css").read_text(encoding="utf-8")
+    styles = (ROOT / "book" / "static" / "house.css", shared.LIVE)
+    values["house"] = "\n".join(style.read_text(encoding="utf-8") for style in styles)
     return re.sub(r"\{\{(\w+)\}\}", lambda found: values[found[1]], template)
 
 
@@ -125,7 +126,7 @@ def scripts():
     """The scripts of the site, in the page: the viewer, the kinematics, the panels' sliders."""
     with tempfile.TemporaryDirectory() as folder:
         parts = [write_site_script(folder).read_text(encoding="utf-8"), shared.kinematics()]
-    parts += [(shared.PANELS / name).read_text(encoding="utf-8") for name in ("dh_row_panel.js", "panel.js")]
+    parts.append(shared.panels())
     safe = [part.replace("</script", "<\\/script") for part in parts]
     return "\n".join(f"<script>{part}</script>" for part in safe)
 

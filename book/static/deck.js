@@ -37,7 +37,7 @@
 
   // ---- what is on a slide --------------------------------------------------------------------------------------
 
-  const onScreen = (node) => !node.closest(".note, aside, .omx-scene, .omx-controls, .omx-note, mjx-container");
+  const onScreen = (node) => !node.closest(".note, aside, .omx-scene, .omx-plot, .omx-controls, .omx-note, mjx-container");
   const texts = (section) => [...section.querySelectorAll(TEXT)].filter(onScreen);
   function words(section) {
     const counted = texts(section).map((node) => {
@@ -203,7 +203,7 @@
   const copyOf = (node) => [...node.cloneNode(true).childNodes];
 
   // A short remark after the last thing to see is no slide of its own: it is said.
-  const isAfterthought = (unit) => !unit.querySelector("h1, h2, h3, pre, table, .formula, img, .omx-scene, strong, .predict") && words(unit) <= FEW_WORDS;
+  const isAfterthought = (unit) => !unit.querySelector("h1, h2, h3, pre, table, .formula, img, .omx-scene, .omx-plot, strong, .predict") && words(unit) <= FEW_WORDS;
   function onlySay(unit, section) {
     const note = unit.querySelector(".note") ?? element("div", "note");
     if (!note.querySelector(".say")) note.append(element("div", "say", ...unit.querySelectorAll(":scope > .piece > *")));

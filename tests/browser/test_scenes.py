@@ -164,6 +164,47 @@ def test_the_tool_is_dragged_in_a_notebook(lab, open_page, notebook):
     assert not page.errors
 
 
+def test_a_scene_is_saved_as_one_page_that_needs_no_notebook(open_page, notebook, context, tmp_path):
+    page = open_page(notebook(SCENE, "view.q = (0.4, -0.5, 0.3, 0.9)"))
+    page.run_all()
+    page.scene()
+    page.settle()
+    (frame,) = scene_frames(page.page)
+    frame.locator("#omx-bar button[aria-label^=More]").click()
+    with page.page.expect_download() as download:
+        frame.locator("#omx-bar button", has_text="html").click()
+    download.value.save_as(tmp_path / "scene.html")
+    alone = context.new_page()
+    asked = []
+    alone.on("request", lambda request: asked.append(request.url))
+    alone.goto((tmp_path / "scene.html").as_uri())
+    alone.wait_for_selector("body[data-ready]", timeout=30_000)
+    assert tool_position(alone) == pytest.approx(1e-3 * omx.fk((0.4, -0.5, 0.3, 0.9))[:3, 3], abs=1e-9)
+    assert len([url for url in asked if not url.startswith(("data:", "blob:"))]) == 1
+    alone.close()
+
+
+LIVE = """import numpy as np
+from omx import LiveFigure
+sliders = {"sigma (deg)": (0.05, 1, 0.5, 0.05), "q2 (deg)": (-80, 80, 0), "q3 (deg)": (-80, 80, 0)}
+LiveFigure("cloud", sliders, "Tips", draws=np.eye(4))"""
+
+
+def test_a_live_figure_lives_without_the_kernel(open_page, notebook):
+    page = open_page(notebook(LIVE))
+    page.run_all()
+    panel = page.page.locator(".omx-panel[data-kind=figure]")
+    panel.scroll_into_view_if_needed()
+    before, words = pixels(panel), panel.locator(".omx-says").inner_text()
+    slider = panel.get_by_role("slider", name="sigma in")
+    slider.focus()
+    for _ in range(4):
+        slider.press("ArrowRight")
+    assert panel.locator(".omx-says").inner_text() != words
+    assert share_changed(before, pixels(panel)) > 0.002
+    assert not page.errors
+
+
 def scene_frames(page):
     return [frame for frame in page.frames if frame != page.main_frame and frame.evaluate("!!window.omxScene")]
 

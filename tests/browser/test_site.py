@@ -123,6 +123,87 @@ def test_joint_sliders_move_the_arm_and_the_numbers(look):
     assert look.problems == []
 
 
+LIVE = dict.fromkeys(("03", "05"), "JointPanel")
+LIVE |= {"06": "answer", "08": "log", "09": "ways", "12": "cloud", "13": "damping"}
+
+
+@pytest.mark.parametrize("path", [path for path in CHAPTERS if path.split("/")[1][:2] in LIVE])
+def test_a_chapter_has_the_live_figure_of_its_idea(look, path):
+    """By keyboard alone: each slider changes what is said; what is drawn follows."""
+    look.open(path).settle()
+    figure = LIVE[path.split("/")[1][:2]]
+    kind = "joints" if figure == "JointPanel" else "figure"
+    panel = look.page.locator(f".omx-panel[data-kind={kind}]").last
+    assert kind == "joints" or f'"figure": "{figure}"' in panel.get_attribute("data-panel")
+    answer = panel.locator(".omx-answer")
+    for i in range(panel.locator("input[type=range]").count()):
+        slider, before = panel.locator("input[type=range]").nth(i), answer.inner_text()
+        slider.focus()
+        for _ in range(2):
+            slider.press("ArrowRight")
+        assert answer.inner_text() != before, slider.get_attribute("aria-label")
+    if kind == "figure":
+        name = panel.locator("svg[role=img]").get_attribute("aria-label") if figure != "answer" else answer.inner_text()
+        assert all(words.inner_text() in name for words in answer.locator("p").all())
+        look.page.wait_for_timeout(700)
+        assert panel.locator(".omx-spoken").inner_text() == " ".join(answer.locator("p").all_inner_texts())
+    assert look.problems == []
+
+
+ELLIPSE = """() => {
+  const { children } = omxScene.viewer.scene_tree.find(["meshcat"]).object;
+  const tube = children.find((o) => o.geometry?.type === "TubeGeometry");
+  const at = tube.geometry.attributes.position.array, points = [];
+  for (let i = 0; i < at.length; i += 3) points.push([at[i], at[i + 1], at[i + 2]].map((v) => 1e3 * v));
+  return { q: omxScene.tool.state().q, points };
+}"""
+
+
+def test_the_velocity_ellipse_follows_sliders_and_the_dragged_tool(look):
+    look.open(next(path for path in CHAPTERS if "05-" in path)).settle()
+    panel = look.page.locator(".omx-panel").last
+    frame = look.scene(panel.locator(".omx-scene"))
+    frame.wait_for_timeout(500)
+
+    def check():
+        frame.wait_for_timeout(600)
+        seen = frame.evaluate(ELLIPSE)
+        J = omx.jacobian(seen["q"])[:3]
+        held = 0.15 * (J[:, 1:3] - J[:, 3:])
+        out = np.array(seen["points"]) - omx.pose(seen["q"])[:3]
+        size = np.linalg.norm(np.linalg.pinv(held) @ out.T, axis=0)  # 1 on the ellipse; the line is 1.3 mm thick
+        assert np.abs(size - 1).max() < 1.4 / np.linalg.svd(held, compute_uv=False)[1]
+        return seen["q"]
+
+    first = check()
+    slider = panel.locator("input[type=range]").nth(1)
+    slider.focus()
+    slider.press("PageUp")
+    second = check()
+    assert second[1] > first[1]
+    frame.evaluate("(pose) => omxScene.tool.move(pose)", [*np.add(omx.pose(second), [-20, 30, -25, 0]).tolist()])
+    assert check()[0] > 0.1
+    assert look.problems == []
+
+
+def test_axes_of_frames_ride_on_the_arm(look):
+    """In chapter 03, when sliders or the reader's hand move it."""
+    look.open(next(path for path in CHAPTERS if "03-" in path)).settle()
+    panel = look.page.locator(".omx-panel[data-kind=joints]").last
+    frame = look.scene(panel.locator(".omx-scene"))
+    where = "(i) => omxScene.viewer.scene_tree.find(['meshcat', 'frames', `${i}`]).object.position.toArray()"
+    for move in ("(pose) => omxScene.tool.move(pose)", None):
+        if move:
+            frame.evaluate(move, [200, 60, 180, -0.3])
+        else:
+            panel.get_by_role("button", name="home").click()
+        frame.wait_for_timeout(600)
+        q = frame.evaluate("omxScene.tool.state().q")
+        for i in range(1, 5):
+            assert 1e3 * np.array(frame.evaluate(where, i)) == pytest.approx(omx.frames(q)[i, :3, 3], abs=1e-6)
+    assert look.problems == []
+
+
 def test_pose_sliders_tell_four_verdicts(look):
     look.open("book/index.html")
     panel = look.page.locator(".omx-panel").nth(1)

@@ -1,5 +1,6 @@
 """Scenes in plain pages: from the disk, with every request watched, they draw, play and stay in their frame."""
 
+import base64
 import io
 import math
 
@@ -317,9 +318,8 @@ def test_a_finger_drags_too_and_the_sliders_of_a_panel_follow(browser, tmp_path)
     """On a touch screen, in a page with a panel: the finger pulls the ball, the sliders and verdicts follow."""
     write_site_script(tmp_path)
     (tmp_path / "omx-kinematics.js").write_text(shared.kinematics(), encoding="utf-8")
-    names = ("omx-view.js", "omx-kinematics.js", "dh_row_panel.js", "panel.js")
-    for name in names[2:]:
-        (tmp_path / name).write_bytes((shared.PANELS / name).read_bytes())
+    names = ("omx-view.js", "omx-kinematics.js", "omx-panels.js")
+    (tmp_path / names[-1]).write_text(shared.panels(), encoding="utf-8")
     scripts = "".join(f'<script src="{name}" defer></script>' for name in names)
     path = write(tmp_path, PosePanel(q=(0.3, -0.4, 0.4, 0.5)).static_html(shared=True), script=scripts)
     context = browser.new_context(viewport={"width": 390, "height": 800}, has_touch=True, is_mobile=True)
@@ -367,3 +367,46 @@ def test_a_scene_is_kept_as_picture_and_as_one_file(show, tmp_path):
     again.wait_for_timeout(500)
     assert again.evaluate(STATE)["asked"] == pytest.approx([200, 60, 150, -0.4], abs=1e-9)
     assert [url for url in asked if not url.startswith(("data:", "blob:"))] == [kept.as_uri()]
+
+
+FILM = """async (data) => {
+  const video = document.createElement("video");
+  video.src = URL.createObjectURL(new Blob([Uint8Array.from(atob(data), (c) => c.charCodeAt(0))]));
+  video.muted = true;
+  await video.play();
+  const size = [video.videoWidth, video.videoHeight];
+  const canvas = new OffscreenCanvas(...size).getContext("2d", { willReadFrequently: true });
+  const seen = new Set(), start = performance.now();
+  while (!video.ended && performance.now() - start < 6000) {
+    canvas.drawImage(video, 0, 0);
+    seen.add(canvas.getImageData(0, 0, ...size).data.reduce((sum, v, i) => (sum + v * (i % 997)) | 0, 0));
+    await new Promise((resolve) => setTimeout(resolve, 60));
+  }
+  return [video.videoWidth, seen.size];
+}"""
+
+
+@pytest.mark.parametrize("animated", [True, False])
+def test_a_scene_is_recorded_as_a_film(show, tmp_path, animated):
+    """Once through the animation; without one, what the reader does until the button is pressed again."""
+    view = View()
+    if animated:
+        view.animate([omx.HOME, (0.9, 0.2, 0.2, 0.5)], seconds=2, loop=False)
+    page, frame = opened(show, tmp_path, view)
+    frame.locator("#omx-bar button[aria-label^=More]").click()
+    button = frame.locator("#omx-bar button", has_text="film")
+    with page.expect_download() as download:
+        button.click()
+        assert button.get_attribute("aria-pressed") == "true"
+        for k in range(0 if animated else 8):
+            frame.evaluate("(pose) => omxScene.tool.move(pose)", [150, 10 * k, 200, 0])
+            page.wait_for_timeout(150)
+        if not animated:
+            button.click()
+    assert download.value.suggested_filename == "scene.webm"
+    download.value.save_as(tmp_path / "scene.webm")
+    film = base64.b64encode((tmp_path / "scene.webm").read_bytes()).decode()
+    width, pictures = page.evaluate(FILM, film)
+    assert width > 300
+    assert pictures >= 4, "the arm moves in the film"
+    assert button.get_attribute("aria-pressed") == "false"

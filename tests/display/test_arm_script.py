@@ -87,6 +87,19 @@ def test_joint_angles_come_back_from_the_frames():
         assert ours == pytest.approx(q, abs=1e-12)
 
 
+def test_the_velocity_ellipse_is_that_of_the_jacobian():
+    stretched = [0.4, 0.9, omx.COURSE.delta - math.pi / 2, -0.3]
+    qs = [*LEGAL, stretched]
+    for q, found in zip(qs, asked("A.ellipse(a, about.geometry, 0.15)", qs), strict=True):
+        J = omx.jacobian(q)[:3]
+        held = 0.15 * (J[:, 1:3] - J[:, 3:])
+        axes = np.column_stack([found["long"], found["short"]])
+        assert found["centre"] == pytest.approx(omx.pose(q)[:3], abs=1e-9)
+        np.testing.assert_allclose(axes @ axes.T, held @ held.T, atol=1e-8)  # the same ellipse
+        assert axes[:, 0] @ axes[:, 1] == pytest.approx(0, abs=1e-8)
+        np.testing.assert_allclose(np.linalg.norm(axes, axis=0), np.linalg.svd(held, compute_uv=False), atol=1e-6)
+
+
 def test_a_matrix_survives_the_way_to_the_viewer():
     q = LEGAL[0]
     (ours,) = asked("A.rows(A.columns(fk.transform(...a, ...about.geometry)))", [q])

@@ -1,10 +1,11 @@
-// Sliders that move an arm in a page without Python. The formulas are those that the chapters derived: the same code
-// generator writes them as Python and as JavaScript (omx-kinematics.js).
+// Sliders that move an arm, or a live figure, in a page without Python. The formulas are those that the chapters derived: the
+// same code generator writes them as Python and as JavaScript (omx-kinematics.js).
 (function () {
   "use strict";
-  const A = window.OMX_ARM;
+  const { OMX_ARM: A, OMX_ROW, OMX_FIGURES, OMX_CHART } = window;
   if (!window.OMX_KINEMATICS) return;
   const { DEG, text, columns } = A;
+  const SETTLE_MS = 450; // until what a figure says is spoken
   const GREEK = { theta: "\u03b8", alpha: "\u03b1" };
 
   function element(tag, attributes, ...children) {
@@ -24,8 +25,8 @@
       box.dataset.kind = this.kind;
       this.controls = element("div", { class: "omx-controls" });
       box.append(this.controls);
-      ({ pose: () => this.poseControls(), row: () => this.rowControls(), joints: () => this.jointControls() })[this.kind]();
-      window.addEventListener("message", ({ data, source }) => {
+      this[`${this.kind}Controls`]();
+      addEventListener("message", ({ data, source }) => {
         if (source !== this.frame()?.contentWindow) return;
         if (data?.omx === "ready") this.send();
         if (data?.omx === "dragged" && this.geometry) this.dragged(data);
@@ -54,6 +55,7 @@
 
     // Tell the scene; the newest position always wins, one message a repaint.
     send() {
+      if (!this.frame()) return;
       this.asked ??= requestAnimationFrame(() => {
         this.asked = null;
         if (this.kind === "row") return this.sendRow();
@@ -74,25 +76,25 @@
       this.frame()?.contentWindow?.postMessage({ omx: "transforms", nodes, visible }, "*");
     }
 
-    slider(list, name, unit, low, high, value, hear) {
-      const input = element("input", { type: "range", min: low, max: high, step: 1, "aria-label": `${name} in ${unit}` });
+    slider(list, name, unit, low, high, value, hear, step = 1) {
+      const input = element("input", { type: "range", min: low, max: high, step, "aria-label": unit ? `${name} in ${unit}` : name });
       input.value = value;
-      const output = element("output", {});
+      const output = element("output", {}), digits = (String(step).split(".")[1] ?? "").length;
       const tell = () => {
-        output.textContent = `${text(Number(input.value), 0)}${unit === "\u00b0" ? "" : "\u2009"}${unit}`;
+        output.textContent = `${text(Number(input.value), digits)}${unit === "\u00b0" || !unit ? "" : "\u2009"}${unit}`;
         input.setAttribute("aria-valuetext", `${input.value} ${unit}`);
       };
       input.addEventListener("input", () => { tell(); hear(); });
       input.tell = tell;
       tell();
-      const limits = element("span", { class: "omx-limits" }, `${text(low, 0)} to ${text(high, 0)}`);
+      const limits = element("span", { class: "omx-limits" }, `${text(low, digits)} to ${text(high, digits)}`);
       list.append(element("label", {}, element("i", {}, name), input, output, limits));
       return input;
     }
 
     // -- joints ---------------------------------------------------------------------------------------------------
 
-    jointControls() {
+    jointsControls() {
       const sliders = element("div", { class: "omx-sliders" });
       const joints = this.q.map((_, i) => {
         const sliding = this.rows?.[i].prismatic;
@@ -173,7 +175,9 @@
           this.solve();
           this.show();
         }));
-      this.answer = element("div", { class: "omx-answer", role: "status" });
+      this.verdict = element("p", { role: "status" }); // spoken where it changes, not with every number below it
+      this.table = element("div", {});
+      this.answer = element("div", { class: "omx-answer" }, this.verdict, this.table);
       this.controls.append(sliders, this.answer);
       this.solve();
     }
@@ -198,12 +202,36 @@
       const head = element("thead", { role: "rowgroup" }, element("tr", { role: "row" }, ...names));
       const table = element("table", { class: "omx-branches", role: "table" }, head, body); // roles: the style makes it no table
       const words = this.chosen ? `The arm takes ${this.chosen.name}.` : "The arm stays: no branch is legal here.";
-      this.answer.replaceChildren(element("p", {}, words), table);
+      if (this.verdict.textContent !== words) this.verdict.textContent = words;
+      this.table.replaceChildren(table);
     }
 
-    write() {
-      ({ pose: () => this.writeBranches(), row: () => this.writeRow(), joints: () => this.writePose() })[this.kind]();
+    // -- a live figure ---------------------------------------------------------------------------------------------
+
+    figureControls() {
+      const sliders = element("div", { class: "omx-sliders" });
+      this.plot = element("div", { class: "omx-plot" });
+      this.inputs = this.sliders.map(([name, unit, low, high, value, step]) =>
+        this.slider(sliders, name, unit, low, high, value, () => this.show(), step));
+      this.answer = element("div", { class: "omx-answer omx-says" });
+      this.spoken = element("p", { class: "omx-spoken", role: "status" });
+      this.box.replaceChildren(this.plot, this.controls);
+      this.controls.append(sliders, this.answer, this.spoken);
+      new ResizeObserver(() => { if (![0, this.width].includes(this.plot.clientWidth)) this.write(); }).observe(this.plot);
     }
+
+    writeFigure() {
+      this.width = this.plot.clientWidth;
+      const figure = OMX_FIGURES[this.figure](this.inputs.map((input) => Number(input.value)), this.data);
+      const says = figure.says.filter(Boolean);
+      OMX_CHART.show(this.plot, figure, this.palette, `${this.title}. ${says.join(" ")}`);
+      this.answer.replaceChildren(...says.map((words) => element("p", {}, words)));
+      clearTimeout(this.settling);
+      if (this.said) this.settling = setTimeout(() => { this.spoken.textContent = says.join(" "); }, SETTLE_MS);
+      this.said = true; // a page that opens is quiet
+    }
+
+    write() { this[{ pose: "writeBranches", row: "writeRow", joints: "writePose", figure: "writeFigure" }[this.kind]](); }
 
     show() {
       this.write();
@@ -211,5 +239,6 @@
     }
   }
 
-  for (const box of document.querySelectorAll(".omx-panel[data-panel]")) new Panel(box);
+  window.OMX_PANEL = Panel;
+  for (const box of document.querySelectorAll(".omx-panel[data-panel]:not([data-kind])")) new Panel(box);
 })();

@@ -3,7 +3,7 @@
 (function () {
   "use strict";
   const DEG = Math.PI / 180, REACH_SLACK = 1e-13, LIMIT_SLACK = 1e-9, ON_AXIS = 1e-10;
-  const { fk, ik } = window.OMX_KINEMATICS || {};
+  const { fk, ik, jacobian } = window.OMX_KINEMATICS || {};
   const IDENTITY = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]];
 
   const text = (value, digits) => (Math.round(value * 10 ** digits) / 10 ** digits + 0).toFixed(digits).replace("-", "\u2212");
@@ -44,6 +44,17 @@
     const q12 = Math.atan2(-T2[2][1], T2[2][0]) - geometry[4];
     const q123 = Math.atan2(-T3[2][0], -T3[2][1]), q1234 = Math.atan2(-T4[2][0], -T4[2][1]);
     return [Math.atan2(T1[1][0], T1[0][0]), q12, q123 - q12, q1234 - q123].map(turn);
+  }
+
+  // The velocity ellipse: centre and half axes (mm) of where the tip gets in `seconds`, pitch held, when joints 2 and 3 share
+  // a speed of 1 rad/s. What joint 4 does follows: it undoes their turn.
+  function ellipse(q, geometry, seconds) {
+    const [u, v] = [1, 2].map((i) => [0, 1, 2].map((k) => {
+      const row = jacobian.jacobian(...q, ...geometry)[k];
+      return seconds * (row[i] - row[3]);
+    }));
+    const turn = 0.5 * Math.atan2(2 * dot(u, v), dot(u, u) - dot(v, v)), [c, s] = [Math.cos(turn), Math.sin(turn)];
+    return { centre: pose(q, geometry).slice(0, 3), long: u.map((a, k) => c * a + s * v[k]), short: u.map((a, k) => c * v[k] - s * a) };
   }
 
   // ---- the inverse ---------------------------------------------------------------------------------------------------
@@ -126,6 +137,6 @@
     return other === "table" ? `${one} ${mm} below the table` : `${one} and ${other} overlap by ${mm}`;
   }
 
-  window.OMX_ARM = { DEG, IDENTITY, text, turn, product, link, chainFrames, frames, pose, columns, rows, target, poseOf, joints,
+  window.OMX_ARM = { DEG, IDENTITY, text, turn, product, link, chainFrames, frames, pose, columns, rows, target, poseOf, joints, ellipse,
     branches, nearest, closest, words, gaps, touching };
 })();

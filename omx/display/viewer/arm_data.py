@@ -4,7 +4,7 @@ from ...arm import HOME, LIMITS, ZERO
 from ...collision import OVER_THE_TABLE, PAIRS, capsules
 from ...geometry import Geometry
 from ...kinematics import BRANCHES, IKSolution, frames
-from ..palette import AXES, INK, PALETTE, REFUSED
+from ..palette import AXES, INK, PALETTE, REFUSED, VERMILION
 
 #: In which frame each of `collision.capsules` stands still.
 _FRAMES = (0, 2, 2, 3, 4, 4)
@@ -25,5 +25,5 @@ def arm_data(geometry: Geometry, limits=LIMITS) -> dict:
     return {
         "geometry": list(geometry.values), "limits": [list(pair) for pair in limits], "home": list(HOME),
         "branches": branch_names(), "parts": parts, "pairs": [list(p) for p in PAIRS], "over": list(OVER_THE_TABLE),
-        "colours": {"branches": PALETTE[:4], "axes": AXES, "ink": INK, "refused": REFUSED},
+        "colours": {"branches": PALETTE[:4], "axes": AXES, "ink": INK, "refused": REFUSED, "ellipse": VERMILION},
     }  # fmt: skip

@@ -33,7 +33,7 @@ def script(name: str) -> str:
 def kinematics() -> str:
     """The generated formulas and `arm.js` as one plain script: pages opened from a folder may not load modules."""
     parts = []
-    for path in (_GENERATED / "fk.js", _GENERATED / "ik.js"):
+    for path in (_GENERATED / f"{name}.js" for name in ("fk", "ik", "jacobian")):
         text = path.read_text(encoding="utf-8") if path.exists() else ""
         names = ", ".join(re.findall(r"^export (?:function|const) (\w+)", text, re.M))
         body = re.sub(r"^export ", "", text, flags=re.M)

@@ -87,7 +87,7 @@
   }
   const panel = viewer.gui.domElement, extras = [];
   panel.style.display = "none";
-  const more = button("\u22ef", "More: save the scene, MeshCat's own panel", () => {
+  const more = button("\u22ef", "More: keep the scene as picture, film or page, MeshCat's own panel", () => {
     const shown = panel.style.display === "none";
     panel.style.display = shown ? "" : "none";
     for (const b of extras) b.hidden = !shown;
@@ -113,6 +113,34 @@
     renderer.setPixelRatio(ratio);
     viewer.set_dirty();
     return url;
+  }
+
+  // ---- a film: once through the animation, or what the reader does until the button is pressed again -------------
+  const FILM_S = 30, KINDS = ["video/webm;codecs=vp9", "video/webm", "video/mp4"];
+  const kind = window.MediaRecorder && KINDS.find((name) => MediaRecorder.isTypeSupported(name));
+  if (kind) extra("film", "Record a film: of the animation, or of what you do until you press this again", film);
+  let recorder = null;
+  function film({ currentTarget: pressed }) {
+    if (recorder) return recorder.stop();
+    const { animator, renderer } = viewer, animated = animator.actions.length > 0, parts = [];
+    recorder = new MediaRecorder(renderer.domElement.captureStream(30), { mimeType: kind, videoBitsPerSecond: 4e6 });
+    recorder.ondataavailable = ({ data }) => parts.push(data);
+    const end = setTimeout(() => recorder.stop(), 1e3 * (animated ? animator.duration : FILM_S));
+    recorder.onstop = () => {
+      clearTimeout(end);
+      recorder = null;
+      pressed.setAttribute("aria-pressed", "false");
+      save(`scene.${kind.slice(6).split(";")[0]}`, URL.createObjectURL(new Blob(parts, { type: kind })));
+    };
+    if (animated) animator.seek(0);
+    if (animated && !animator.playing) play.click();
+    recorder.start();
+    pressed.setAttribute("aria-pressed", "true");
+    requestAnimationFrame(function again() { // a scene at rest is not drawn, and would have no frames
+      if (!recorder) return;
+      viewer.set_dirty();
+      requestAnimationFrame(again);
+    });
   }
 
   // ---- animation -------------------------------------------------------------------------------------------

@@ -7,6 +7,7 @@ import numpy as np
 from ...errors import BadInput
 from ..palette import BLUE, INK, VERMILION
 from . import annotations, environment, html_export
+from .assets import script
 from .channel import Channel
 from .commands import delete
 from .environment import Camera
@@ -153,7 +154,7 @@ class Scene:
         if self._widget is None:
             from .widget import SceneWidget
 
-            config = {**self._config(), "shell": html_export.shell(self._config())}
+            config = {**self._config(), "shell": html_export.shell(self._config()), "start": script("start.js")}
             self._widget = SceneWidget(self.channel, self._night(), height=self.height, title=repr(self), config=config)
             self._widget.on_drag = lambda pose, q: self.on_drag and self.on_drag(pose, q)
         return self._widget

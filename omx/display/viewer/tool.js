@@ -122,6 +122,30 @@
   // A robot's solid arm stands where the robot is: only ghosts obey.
   const follows = () => node("arm").object.follows !== false;
 
+  // ---- what rides on the arm: the axes of its frames, its velocity ellipse ------------------------------------------------
+
+  let ellipse = null;
+  function ride() {
+    for (const i of MOVING) if (node("frames", i)) place(node("frames", i).object, matrix(node("arm", i).object));
+    const seconds = node("arm").object.ellipse;
+    if (ellipse) ellipse.visible = Boolean(seconds);
+    if (!seconds || !q) return;
+    const { centre, long, short } = A.ellipse(q, about.geometry, 1e-3 * seconds), size = Math.hypot(...short);
+    const vector = (v) => new THREE.Vector3(...v), middle = vector(centre).multiplyScalar(1e-3);
+    const [a, b] = [vector(long), vector(size > 3e-4 ? short : [0, 0, 0])]; // a line where it is flat
+    const points = Array.from({ length: 73 }, (_, k) => k * Math.PI / 36)
+      .map((t) => middle.clone().addScaledVector(a, Math.cos(t)).addScaledVector(b, Math.sin(t)));
+    const curve = size > 3e-4 ? new THREE.CatmullRomCurve3(points.slice(1), true) : new THREE.LineCurve3(points[0], points[36]);
+    const tube = new THREE.TubeGeometry(curve, size > 3e-4 ? 96 : 1, 0.0013, 8, size > 3e-4);
+    if (!ellipse) {
+      ellipse = new THREE.Mesh(tube, new THREE.MeshBasicMaterial({ color: colours.ellipse, side: THREE.DoubleSide }));
+      node().object.add(ellipse);
+    }
+    ellipse.geometry.dispose();
+    ellipse.geometry = tube;
+    ellipse.visible = true;
+  }
+
   // ---- from a pose to the scene ------------------------------------------------------------------------------------------
 
   function solve() {
@@ -136,6 +160,7 @@
     if (chosen && follows()) {
       q = chosen.q;
       A.frames(q, about.geometry).forEach((T, i) => place(node("arm", i).object, T));
+      ride();
     }
     if (node("notes", "target")) place(node("notes", "target").object, A.target(asked));
     last = signature();
@@ -161,7 +186,7 @@
   // Before each repaint: has somebody else moved the arm?
   let last = "";
   const marks = () => [...MOVING.map((i) => node("arm", i)), node("notes", "target")].filter(Boolean).map((n) => n.object);
-  const signature = () => marks().map((o) => `${o.position.toArray()} ${o.quaternion.toArray()}`).join();
+  const signature = () => marks().map((o) => `${o.position.toArray()} ${o.quaternion.toArray()}`).join() + node("arm").object.ellipse;
   function follow() {
     if (!node("arm", 4) || dragging()) return;
     const now = signature();
@@ -172,6 +197,7 @@
     asked = target ? A.poseOf(matrix(target)) : A.pose(q, about.geometry);
     wanted = Boolean(target);
     solve();
+    ride();
     draw();
   }
   const render = viewer.render;

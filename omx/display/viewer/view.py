@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from ...arm import HOME, LIMITS
+from ...arrays import as_number
 from ...errors import BadInput
 from ...geometry import COURSE
 from ...kinematics import pose as tool_pose
@@ -184,6 +185,13 @@ class View(Scene):
             self._aim = (0.0, 0.0, float(0.5 * (z.min() + z.max()))), distance
             self.camera = self.camera
 
+    def velocity_ellipse(self, seconds: float = 0.15) -> None:
+        """Draw at the tool where it gets in `seconds`, pitch held, when joints 2 and 3 share a speed of 1 rad/s.
+
+        The scene itself computes it, by the generated Jacobian: it follows sliders, drags, animations. 0 hides it.
+        """
+        put_property(self.channel, "/meshcat/arm", "ellipse", as_number(seconds, "seconds", "a time in s", low=0.0))
+
     def draw_chain(self, chain, q, *, name: str = "chain", colour=None) -> None:
         """Draw any `omx.Chain` at `q` into this scene, from its DH table alone; the same name moves or replaces it."""
         scale = skeleton.SCALE * skeleton.reach(chain)
@@ -192,9 +200,10 @@ class View(Scene):
         self._notes.add(name)
 
     def clear(self) -> None:
-        """Remove all that was added: frames, ghosts, target, trail, paths, section and marks."""
+        """Remove all that was added: frames, ghosts, ellipse, target, trail, paths, section and marks."""
         with self.channel.batch():
             self.frames()
+            self.velocity_ellipse(0)
             self.ghosts([])
             self.section()
             self.trail(False)

@@ -33,6 +33,12 @@ async function unpack(data) {
   return URL.createObjectURL(new Blob([source], { type: "text/javascript" }));
 }
 
+async function base64(blob) {
+  const reader = new FileReader();
+  await new Promise((resolve) => { reader.onload = resolve; reader.readAsDataURL(blob); });
+  return reader.result.split(",")[1];
+}
+
 // ---- the theme of the page: JupyterLab and others say it on its body -----------------------
 
 function isDark() {
@@ -144,8 +150,24 @@ class Frame {
     this.used = live;
     this.waiting.clear();
     live.apply(this.scene.all());
+    live.extra?.("html", "Save this scene as one HTML file", async () => {
+      const page = new Blob([await this.page()], { type: "text/html" });
+      live.save("scene.html", URL.createObjectURL(page));
+    });
     this.showTheme();
     this.el.dataset.ready = "true";
+  }
+
+  // The scene as it stands, as a page that needs nothing else; start.js says how it is laid out.
+  async page() {
+    const { shell, start } = this.model.get("config"), commands = this.scene.all(), text = new TextEncoder();
+    const head = text.encode(JSON.stringify(commands.map(({ type, path, name, bytes }) => [type, path, name, bytes.length])));
+    const scene = [new Uint32Array([head.length]), head, ...commands.map(({ bytes }) => bytes)];
+    const packed = await new Response(new Blob(scene).stream().pipeThrough(new CompressionStream("gzip"))).blob();
+    const bundle = await this.model.widget_manager.get_model(this.model.get("bundle").replace("IPY_MODEL_", ""));
+    const plain = (id, data) => `<script type="text/plain" id="${id}">${data}</${"script"}>`;
+    const data = plain("scene", await base64(packed)) + plain("viewer", await base64(new Blob([bundle.get("data")])));
+    return shell.replace("<!--viewer-->", () => `${data}<script>${start}</${"script"}>`);
   }
 
   // The toolbar and the page below the scene.
