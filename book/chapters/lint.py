@@ -222,33 +222,11 @@ RULES = (
     exercises,
     used_tags,
     stored_outputs,
+    the_student_works,
+    numbers_are_backed,
 )
 START = "00"  # the first chapter shows around; it has no chapters before it and no derivation
 NOT_FOR_START = (closing_sections, used_tags, the_student_works)
-#: Rules for the chapters that were brought up to them; the others follow one by one.
-NEW_RULES = (the_student_works, numbers_are_backed)
-BROUGHT_UP = (
-    "00",
-    "01",
-    "02",
-    "03",
-    "04",
-    "05",
-    "06",
-    "07",
-    "08",
-    "09",
-    "10",
-    "11",
-    "12",
-    "13",
-    "14",
-    "16",
-    "17",
-    "18",
-    "19",
-    "20",
-)
 
 
 def problems(path):
@@ -262,8 +240,7 @@ def problems(path):
         found.append((0, f"is larger than {MAX_BYTES} bytes; are there pictures in it?"))
     if normalise.dumps(normalise.normalise(notebook)) != path.read_text(encoding="utf-8"):
         found.append((0, "is not in stored form; run python -m book.chapters.normalise"))
-    rules = RULES + NEW_RULES if path.name.startswith(BROUGHT_UP) else RULES
-    for rule in rules:
+    for rule in RULES:
         if not (path.name.startswith(START) and rule in NOT_FOR_START):
             found += rule(cells)
     found += pictures_and_links(cells, path.parent)

@@ -50,10 +50,9 @@ def from_axes(
         T = T @ _matrix(*row)
     last, rest = _to_tool(np.linalg.inv(T) @ tool)
     rows.append(DHRow(*last, prismatic=slides[-1]))
-    base = None if np.array_equal(base, np.eye(4)) else base
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # no table has been read: there is none to take for Craig's
-        return Chain(rows, limits, names, name, base, rest)
+        return Chain(rows, limits, names, name, None if np.array_equal(base, np.eye(4)) else base, rest)
 
 
 def _first_frame(z, p) -> np.ndarray:

@@ -2,13 +2,11 @@
 
 import copy
 import json
-import re
 
 import pytest
 
 from book.chapters import lint, new, normalise
-from book.chapters.cells import source
-from book.setup.paths import ROOT, Stop
+from book.setup.paths import Stop
 from tests.helpers.chapter import chapter, code, markdown
 
 CHAPTERS = sorted(normalise.NOTEBOOKS.glob("*.ipynb"))
@@ -205,14 +203,3 @@ def test_work_that_is_missing_is_named(old, new, message):
 def test_an_answer_in_words_needs_no_check_but_code_does():
     cells = a_working_chapter()
     assert "ends with 'solution'" in str(list(lint.exercises([*cells[:-1], code("x = 1", tags=["solution"])])))
-
-
-def test_the_course_plan_gives_the_exercises_their_time():
-    """Its table says how many exercises a chapter has, and how long they take together."""
-    plan = (ROOT / "book" / "teach" / "course.md").read_text(encoding="utf-8")
-    for path in CHAPTERS:
-        if path.name.startswith(lint.BROUGHT_UP):
-            text = "\n".join(source(cell) for cell in normalise.read(path)["cells"])
-            minutes = [int(m) for m in re.findall(r"^\*Difficulty \d of 5, about (\d+) minutes", text, re.M)]
-            row = rf"\| \[[^]]+\]\(../../notebooks/{path.name}\) \| \d+ \| {len(minutes)} \| {sum(minutes)} \|"
-            assert re.search(row, plan), f"{path.name}: {len(minutes)} exercises, {sum(minutes)} minutes"
