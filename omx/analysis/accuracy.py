@@ -205,7 +205,7 @@ def binomial_interval(trials: int, chance: float, sure: float = 0.95) -> tuple[i
 
     At least `sure` of all such series lie between them; less than half of the rest on either side. Raises `BadInput`.
     """
-    trials = as_count(trials, "trials")
+    trials = as_count(trials, "trials", 1, 10**7)
     chance = as_number(chance, "chance", "a probability from 0 to 1", 0, 1)
     tail = (1 - as_number(sure, "sure", "a share of all series, above 0 and below 1", TINY, 1 - TINY)) / 2
     counts = np.arange(trials + 1)
