@@ -1,4 +1,4 @@
-"""URDF, the robot description of ROS, MuJoCo and others: out of any `Chain`, and into one.
+"""URDF, the robot description of ROS, MuJoCo and others: out of any `Chain`, and into one::
 
     omx.urdf.write("arm.urdf", omx.COURSE)      # with the arm's masses, limits and shapes
     chain = omx.urdf.read("arm.urdf")           # any serial chain, joint axes of any direction
