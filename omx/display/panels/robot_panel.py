@@ -80,7 +80,7 @@ class RobotPanel(ipywidgets.VBox):
         super().__init__([self.joints, *self._controls()])
         self.joints.q = start
         for button in (self.hold, self.stop_button, self.resume_button, self.park_button, self.relax_button):
-            _heard_at_once(button)
+            heard_at_once(button)
         self._say(" ".join(self.driver.condition.warnings))
         self.look()
         _panels.add(self)
@@ -312,7 +312,7 @@ def _inside(q, limits) -> tuple[float, ...]:
     return tuple(min(max(value, low), high) for value, (low, high) in zip(q, limits, strict=True))
 
 
-def _heard_at_once(widget) -> None:
+def heard_at_once(widget) -> None:
     """Let the kernel take this widget's messages where JupyterLab sends them: to a shell of their own.
 
     From 7.4 on ipykernel hands them to the shell that wrote to the widget last, which is the one that runs the cells:

@@ -16,7 +16,7 @@ from ...hardware.robot import teaching
 from ...motion.trajectory import joint_move
 from ..viewer.scene import mimebundle
 from ..viewer.view import View
-from .robot_panel import SILENCE_S, HoldButton, RobotPanel
+from .robot_panel import SILENCE_S, HoldButton, RobotPanel, heard_at_once
 
 #: Turns a second of a replay, and of following a leader.
 REPLAY_RATE, LEAD_RATE = 50.0, 100.0
@@ -73,6 +73,7 @@ class TeachPanel(ipywidgets.VBox):
     def _button(self, label: str, action) -> HoldButton:
         button = HoldButton(label=label, plain=True)
         button.observe(lambda _: self._beat(button, action), "beat")
+        heard_at_once(button)
         return button
 
     def _beat(self, button: HoldButton, action) -> None:

@@ -1,7 +1,7 @@
 """The arm on a bus in rad and seconds: set up, command, park.
 
 All methods may be called from any thread: each transaction holds the bus's lock, and `stop` works while another
-thread waits for a motion to end. Whatever sends a goal passes `_send`, the last gate.
+thread waits for a motion to end. Whatever sends a goal passes `send`, the last gate.
 """
 
 import contextlib
@@ -17,10 +17,8 @@ from ...arm import (
     IDLE_S,
     JOINT_IDS,
     PARK_SPEED,
-    SLOW,
     STALL_TORQUE,
 )
-from ...arrays import as_four
 from ...errors import (
     BadInput,
     BusCorrupt,
@@ -32,21 +30,19 @@ from ...errors import (
     OmxError,
     PortLost,
     Stalled,
-    TooFast,
     TorqueOff,
 )
-from .. import gravity
 from ..dynamixel import registers as reg
 from ..dynamixel import units
 from ..dynamixel.bus import Bus
 from ..fault_table import judge, registers
-from ..safety import RAMP, STALL_MA, Guard
+from ..safety import RAMP, Guard
 from . import gate
 from .brake import Brake
 from .discovery import Condition, look_over
 from .gripper import Gripper
 from .monitor import Monitor, Reading, Watch
-from .pushing import UNREPEATED_S, Pushing
+from .pushing import Pushing
 from .rescue import LOOK_S, Rescue, port_lost
 from .servo_group import HOLD_SLACK, JOINTS, Servos, again
 
@@ -75,13 +71,13 @@ class Driver:
         self.gripper = Gripper(self.servos)
         self.push = Pushing(self.servos, self.monitor, self.brake)
         self.rescue = Rescue(self.servos, [servo for servo in ARM_IDS if servo in self.condition.servos])
-        self._streamed: tuple[float, ...] | None = None  # the last point of a stream
+        self.streamed: tuple[float, ...] | None = None  # the last point of a stream
         self.mode = "position"
         self.torque = any(self.condition.registers[servo]["torque_enable"] for servo in JOINT_IDS)
-        self._watch = Watch(self, idle_s)
+        self.watcher = Watch(self, idle_s)
         if self.torque:
             self.servos.stiffen()  # it may be turning, and our own questions would feed its watchdog
-            self._watch.begin()
+            self.watcher.begin()
 
     # ---- setting up ----
 
@@ -103,69 +99,53 @@ class Driver:
     def torque_on(self) -> None:
         """Set every servo up and switch it on where it stands: the goal becomes the present position first."""
         self.brake.refuse_if_latched()
-        with self._watch.undisturbed():
+        with self.watcher.undisturbed():
             self.halt()  # a joint that lags behind, on less power than it is about to get, would leap
-            self.torque, self._watch.trouble = True, None  # from the first one on
-            self.brake.holding, self.mode, self._streamed = True, "position", None
+            self.torque, self.watcher.trouble = True, None  # from the first one on
+            self.brake.holding, self.mode, self.streamed = True, "position", None
             self.servos.switch_on(self.rescue.ids)
         for symptom in self.condition.left_behind:
             _log.warning("set back: %s.", symptom)
         self.condition.found.clear()
-        self._watch.begin()
+        self.watcher.begin()
 
     def relax(self) -> None:
         """Torque off: **the arm falls**. Support it first, or `park` instead."""
         errors = []
-        with self._watch.undisturbed():
+        with self.watcher.undisturbed():
             for servo in self.rescue.ids:
                 try:
                     self.servos.put(servo, "torque_enable", 0)
                 except BusError as error:
                     errors.append(error)
-            self.torque, self._streamed = bool(errors), None
+            self.torque, self.streamed = bool(errors), None
             self.push.joints.clear()
         if errors:
             raise errors[0]
-
-    def set_mode(self, mode: str) -> None:
-        """What is commanded from now on: "position", "velocity" or "current". The arm comes to rest, and holds.
-
-        A velocity is a goal `UNREPEATED_S` ahead. Only from the first push with `currents` to the next "position" or
-        "velocity" are the servos not in their position mode; for each change they lose their torque for some ms.
-        """
-        if mode not in ("position", "velocity", "current"):
-            raise BadInput(f"`mode` must be 'position', 'velocity' or 'current'; got {mode!r}.")
-        self.brake.refuse_if_latched()
-        if self.push:
-            self._stand()
-        self._come_to_rest()
-        if mode != "current":
-            self._stiffen()
-        self.mode, self._streamed = mode, None
 
     def recover(self) -> list[int]:
         """Reboot each servo that reports a hardware error, and switch on again, where it stands, what has no torque.
 
         A servo that reboots is limp for half a second: support the arm. Returns the ids of the servos rebooted.
         """
-        with self._watch.undisturbed():
+        with self.watcher.undisturbed():
             faulty = self.rescue.recover(self.torque)
-            self.torque, self._watch.trouble = any(self.servos.of_joints("torque_enable").values()), None
-        self._watch.begin()
+            self.torque, self.watcher.trouble = any(self.servos.of_joints("torque_enable").values()), None
+        self.watcher.begin()
         return faulty
 
     # ---- looking ----
 
     def read(self) -> Reading:
         """Angles, speeds and currents of the joints. Every read watches: it holds the arm, and raises what is wrong."""
-        self._watch.ask()
+        self.watcher.ask()
         reading = self.glance()
-        self._watch.ask()  # it may have looked meanwhile
+        self.watcher.ask()  # it may have looked meanwhile
         return reading
 
     def watch(self) -> Reading:
         """`read`, for somebody who waits for the arm: raises `Stopped`, too."""
-        self._watch.asked()
+        self.watcher.asked()
         reading = self.read()
         self.brake.refuse_if_latched()
         return reading
@@ -205,9 +185,9 @@ class Driver:
         for warning in self.monitor.new_warnings:
             _log.warning("%s", warning)
         self.monitor.new_warnings.clear()
-        if self._watch.folding and isinstance(wrong, NotReady):  # the motors are about to go off, which helps best
+        if self.watcher.folding and isinstance(wrong, NotReady):  # the motors are about to go off, which helps best
             wrong = None
-        self._watch.hot = isinstance(wrong, NotReady)
+        self.watcher.hot = isinstance(wrong, NotReady)
         if not wrong:
             self._check_torque()
         return wrong
@@ -229,7 +209,7 @@ class Driver:
         """Someone did not answer twice: the others hold, and whoever is back after a restart is caught."""
         self.halt()
         if self.torque:
-            with self._watch.undisturbed():
+            with self.watcher.undisturbed():
                 self.rescue.find(error)
             self._check_torque()
 
@@ -242,32 +222,34 @@ class Driver:
 
     def resume(self) -> None:
         """Allow commands again after a stop, a stall or an interrupt."""
-        self._watch.trouble = None
+        self.watcher.trouble = None
         self.brake.resume()
 
     def hold(self) -> None:
         """Stop where the arm is, torque on, in position mode. Does what it can, then raises what failed."""
-        self._stand()
-        self._stiffen()
+        self.stand()
+        self.stiffen()
         self.mode = "position"
 
-    def _stand(self) -> None:
+    def stand(self) -> None:
+        """Stop where the arm is, in whatever mode it is; it may push again from there."""
         if self.torque:
-            with self._watch.undisturbed():
+            with self.watcher.undisturbed():
                 self.push.until = self.clock.now()  # if this fails, the watch tries again
                 self.brake.hold()
                 self.push.joints.clear()
 
-    def _stiffen(self) -> None:
+    def stiffen(self) -> None:
+        """Back into position mode, joint by joint."""
         if self.torque:
-            with self._watch.undisturbed():
+            with self.watcher.undisturbed():
                 self.servos.stiffen()
 
     def halt(self) -> None:
         """Hold on our own account, once; what fails then does not hide the reason for it."""
         if self.torque and (self.push or not self.brake.holding):
             with contextlib.suppress(OmxError):
-                self._stand()
+                self.stand()
 
     def broken_off(self, error: BaseException | None) -> None:
         """Something ended early: hold. An interrupt is a stop: somebody wanted the arm to stand."""
@@ -294,23 +276,23 @@ class Driver:
         arm that moves is brought to rest first. Raises `JointLimit`, `Collision`, `TooFast`, `TorqueOff`, `Stopped`;
         then nothing was sent. Does not wait.
         """
-        self._ready("position")
+        self.ready("position")
         return self._move(q, seconds, self.guard.speed_cap)
 
     def _move(self, q, seconds: float | None, cap: float) -> tuple[tuple[float, ...], float]:
         present = self.watch().q
         goal = self.guard.check(q, present)
         asked = gate.seconds(self.guard, present, goal, seconds, cap)
-        self._check_settings()
-        start = self._come_to_rest()
+        self.check_settings()
+        start = self.come_to_rest()
         goal = self.guard.check(goal, start)
         took = max(asked, gate.seconds(self.guard, start, goal, None, cap))
         if seconds is not None and took > seconds and (outside := gate.outside(self.guard, start)):
             joints = ", ".join(map(str, outside))
             _log.warning("%s: the way back in takes %.1f s instead of %.1f s.", joints, took, seconds)
-        return self._send(goal, took, RAMP), took
+        return self.send(goal, took, RAMP), took
 
-    def _come_to_rest(self) -> tuple[float, ...]:
+    def come_to_rest(self) -> tuple[float, ...]:
         """Where the joints' set-points stand (rad), once they do: a servo takes its old speed into a new motion."""
         until, slack = self.clock.now() + 1.0, units.ANGLE.value(HOLD_SLACK)
         while True:
@@ -320,10 +302,10 @@ class Driver:
             if not (self.torque and runs) or self.clock.now() > until:
                 return reading.aim if self.torque else reading.q
             if not (self.brake.holding and self.brake.moving):
-                self._stand()
+                self.stand()
             self.clock.sleep(LOOK_S)
 
-    def _send(self, goal, seconds: float, ramp: float, confirmed: bool = True) -> tuple[float, ...]:
+    def send(self, goal, seconds: float, ramp: float, confirmed: bool = True) -> tuple[float, ...]:
         """The last gate: nothing comes after a stop. Returns the goal in whole ticks."""
         offsets = self.monitor.offsets
         readings = [angle - offset for angle, offset in zip(goal, offsets, strict=True)]
@@ -331,16 +313,17 @@ class Driver:
         try:
             with self.brake.lock:
                 self.brake.refuse_if_latched()
-                self._watch.ask()
+                self.watcher.ask()
                 self.brake.sets_off(seconds)
                 self.servos.send(ticks, seconds, ramp, confirmed)
         except BaseException as error:  # an interrupt too: it may have set off
             self.broken_off(error)
             raise
-        self._watch.begin()
+        self.watcher.begin()
         return tuple(units.POSITION.value(ticks[servo]) + a for servo, a in zip(JOINTS, offsets, strict=True))
 
-    def _check_settings(self) -> None:
+    def check_settings(self) -> None:
+        """Raise what became of the servos since they were set up: no torque, other modes."""
         self._check_torque()
         self.rescue.check_settings()
 
@@ -350,16 +333,16 @@ class Driver:
         The set-points run straight to `q` and stand there: if the stream breaks off, nothing goes further. A step
         that is longer than the speed cap allows is refused; one that has to catch up takes its time.
         """
-        self._ready("position")
+        self.ready("position")
         reading = self.watch()
         goal = self.guard.check(q, reading.q)
-        if self._streamed is None or not self.brake.moving:
-            self._check_settings()
-            self._streamed = None
+        if self.streamed is None or not self.brake.moving:
+            self.check_settings()
+            self.streamed = None
         self.guard.check(goal, reading.aim)
-        took = gate.step_seconds(self.guard, reading, self._streamed, goal, seconds)
-        self._send(goal, took, ramp=0.0, confirmed=False)
-        self._streamed = goal
+        took = gate.step_seconds(self.guard, reading, self.streamed, goal, seconds)
+        self.send(goal, took, ramp=0.0, confirmed=False)
+        self.streamed = goal
         return reading
 
     def wait(self, patience_s: float = 1.0) -> Reading:
@@ -392,76 +375,6 @@ class Driver:
             raise NotArrived(worst + 1, gaps[worst], cause)
         return reading
 
-    def velocities(self, speeds) -> tuple[float, ...]:
-        """Turn the joints at `speeds` (rad/s) in velocity mode, for at most `UNREPEATED_S` unless repeated.
-
-        That is a goal so far ahead, reached at this speed and checked like every other: nothing can make it run on.
-        """
-        self._ready("velocity")
-        speeds = as_four(speeds, "velocities", "four numbers, one a joint")
-        fastest = max(map(abs, speeds))
-        if fastest > self.guard.speed_cap * (1 + 1e-9):
-            raise BadInput(
-                f"`velocities` may be at most {math.degrees(self.guard.speed_cap):.0f} deg/s; "
-                f"got {math.degrees(fastest):.0f}."
-            )
-        raw = [units.VELOCITY.raw(v) for v in speeds]
-        speeds = tuple(units.VELOCITY.value(v) for v in raw)
-        reading = self.watch()
-        if self.brake.holding or not self.brake.moving:
-            self._check_settings()
-        if fastest > SLOW and gate.outside(self.guard, reading.q):
-            raise TooFast("an arm outside its limits", fastest, SLOW, UNREPEATED_S * fastest / SLOW)
-        goal = tuple(a + v * UNREPEATED_S for a, v in zip(reading.aim, speeds, strict=True))
-        self.guard.check(goal, reading.q)
-        self._send(self.guard.check(goal, reading.aim), UNREPEATED_S, ramp=0.0, confirmed=False)
-        return speeds
-
-    def currents(self, milliamps) -> tuple[float, ...]:
-        """Push with `milliamps` in current mode, for at most `UNREPEATED_S` unless repeated; then the arm holds.
-
-        It holds in position mode, and sooner if a joint comes near a limit or the table.
-        """
-        milliamps = as_four(milliamps, "currents", "four numbers, one a joint")
-        if max(map(abs, milliamps)) > STALL_MA:
-            raise BadInput(f"`currents` may be at most {STALL_MA:.0f} mA; got {max(map(abs, milliamps)):.0f}.")
-        self._ready("current")
-        return self._push(self.watch(), dict(zip(JOINTS, milliamps, strict=True)))
-
-    def balance(self, joints=(1, 2, 3, 4)) -> Reading:
-        """Carry the weight of `joints` in current mode, so that a hand can move them; the others hold. Repeat it.
-
-        Like `currents` in all else. Returns the reading that the currents are for.
-        """
-        self._ready("current")
-        reading = self.watch()
-        weight = dict(zip(JOINTS, gravity.holding_currents(reading.q, self.guard.payload_g), strict=True))
-        self._push(reading, {JOINTS[joint - 1]: weight[JOINTS[joint - 1]] for joint in joints})
-        return reading
-
-    def _push(self, reading: Reading, milliamps: dict[int, float]) -> tuple[float, ...]:
-        if wrong := self.push.forecast(reading, milliamps, self.guard):
-            self.halt()  # what it was told before ends, too
-            raise wrong.reason
-        if self.push and self.push.joints != set(milliamps):
-            self._stand()
-        try:
-            if not self.servos.soft.issuperset(milliamps):
-                self._soften(milliamps)
-            pushed = self.push.push(milliamps)
-        except BaseException as error:
-            self.broken_off(error)
-            raise
-        self._watch.begin()
-        return pushed
-
-    def _soften(self, servos) -> None:
-        """One of the `servos` after the other into the mode with limited current, each holding as it did."""
-        self._come_to_rest()
-        with self._watch.undisturbed():
-            for servo in servos:
-                self.servos.set_up(servo, "current_position", on=True)
-
     # ---- parking ----
 
     def park(self) -> None:
@@ -470,16 +383,16 @@ class Driver:
             return
         self.brake.refuse_if_latched()
         if self.mode != "position":
-            self.set_mode("position")
-        self._check_settings()
-        self._watch.folding = True
+            self.hold()
+        self.check_settings()
+        self.watcher.folding = True
         try:
-            for goal in gate.way_to_rest(self.guard, self._come_to_rest()):
+            for goal in gate.way_to_rest(self.guard, self.come_to_rest()):
                 self._move(goal, None, min(PARK_SPEED, self.guard.speed_cap))
                 self.wait()
             self.relax()
         finally:
-            self._watch.folding = False
+            self.watcher.folding = False
 
     # ---- gripper ----
 
@@ -489,7 +402,7 @@ class Driver:
         It goes on pressing. Does not wait. Raises `TorqueOff`, `Stopped`, `NotReady` without a gripper.
         """
         self.brake.refuse_if_latched()
-        self._watch.asked()
+        self.watcher.asked()
         if not self.condition.has_gripper:
             raise NotReady(self.bus.name, ["no gripper: servo 15 does not answer"])
         if not self.torque:
@@ -501,10 +414,11 @@ class Driver:
 
     # ---- small parts ----
 
-    def _ready(self, mode: str) -> None:
-        self._watch.ask()
+    def ready(self, mode: str) -> None:
+        """Raise what forbids a command of this `mode`."""
+        self.watcher.ask()
         self.brake.refuse_if_latched()
-        self._watch.asked()
+        self.watcher.asked()
         if not self.torque:
             raise TorqueOff
         if self.mode != mode:

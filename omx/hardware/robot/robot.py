@@ -19,7 +19,7 @@ from ..dynamixel.bus import Bus
 from ..log import Log, Recorder, read_log
 from ..safety import Guard
 from ..simulator import VirtualArm, VirtualPort
-from . import leading, shutdown, streaming, teaching
+from . import leading, modes, shutdown, streaming, teaching
 from .calibration import Calibration, load_calibration
 from .discovery import open_bus
 from .driver import Driver, Reading
@@ -135,15 +135,15 @@ class Robot:
 
     def write_mode(self, mode: str) -> None:
         """What is commanded: "position" (the default), "velocity" or "current". The arm comes to rest and holds."""
-        self.driver.set_mode(mode)
+        modes.choose(self.driver, mode)
 
     def write_velocities(self, deg_per_s) -> np.ndarray:
         """In velocity mode: turn the joints at these speeds (deg/s). Repeat it: unrepeated it ends after 0.4 s."""
-        return np.degrees(self.driver.velocities(np.radians(as_four(deg_per_s, "deg_per_s", "four numbers"))))
+        return np.degrees(modes.velocities(self.driver, np.radians(as_four(deg_per_s, "deg_per_s", "four numbers"))))
 
     def write_currents(self, milliamps) -> np.ndarray:
         """In current mode: push with these currents (mA). Repeat it: unrepeated for 0.4 s, the arm holds."""
-        return np.array(self.driver.currents(as_four(milliamps, "milliamps", "four numbers")))
+        return np.array(modes.currents(self.driver, as_four(milliamps, "milliamps", "four numbers")))
 
     # ---- the course's names: kinematics ----
 
@@ -288,9 +288,9 @@ class Robot:
         ends with the reason raised, where a joint comes near a limit, the table or the arm itself.
         """
         joints = teaching.joints_named(joints)
-        self.driver.set_mode("current")
+        modes.choose(self.driver, "current")
         try:
-            return self._record(lambda: self.driver.balance(joints), seconds, path, rate, progress, notes)
+            return self._record(lambda: modes.balance(self.driver, joints), seconds, path, rate, progress, notes)
         finally:
             self.driver.hold()
 

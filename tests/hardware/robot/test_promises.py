@@ -32,7 +32,7 @@ from omx.errors import (
 )
 from omx.hardware.dynamixel.bus import Bus
 from omx.hardware.fault_table import CONDITIONS
-from omx.hardware.robot import Robot, discovery
+from omx.hardware.robot import Robot, discovery, modes
 from omx.hardware.robot.gate import way_to_rest
 from omx.hardware.safety import Guard
 from omx.hardware.simulator import SteppedClock, VirtualArm, VirtualPort
@@ -228,7 +228,7 @@ def test_repeated_velocities_never_leave_limits_or_table(speeds):
     for v in speeds:
         for _ in range(4):
             try:
-                robot.driver.velocities(v)
+                modes.velocities(robot.driver, v)
             except omx.OmxError:
                 break
             robot.clock.sleep(0.1)
@@ -260,7 +260,7 @@ def test_a_program_that_dies_while_the_arm_is_balanced_leaves_it_standing(grams)
     robot = on(arm, payload_g=grams)
     robot.write_mode("current")
     for _ in range(5):
-        robot.driver.balance()
+        modes.balance(robot.driver)
         robot.clock.sleep(0.1)
     there = np.array(arm.q)
     robot.bus.close()

@@ -21,7 +21,7 @@ from omx.arm import ARM_IDS, JOINT_IDS
 from omx.errors import LogError, NotReady, ServoLost, ServoRestarted, Stalled, Stopped, TorqueOff
 from omx.hardware.dynamixel.bus import Bus
 from omx.hardware.log import read_log
-from omx.hardware.robot import Robot
+from omx.hardware.robot import Robot, modes
 from omx.hardware.simulator import SteppedClock, VirtualPort
 from omx.hardware.simulator.server_process import Served
 from omx.hardware.simulator.virtual_port import VirtualSerial
@@ -309,7 +309,7 @@ def test_entering_current_mode_does_not_fling_the_arm(robot):
     robot.move_to([0, -20, 0, 20], 3)
     before = np.array(robot.arm.q)
     robot.write_mode("current")
-    robot.driver._soften(JOINTS)
+    modes.soften(robot.driver, JOINTS)
     robot.clock.sleep(0.1)
     np.testing.assert_allclose(robot.arm.q, before, atol=math.radians(1))
     robot.hold()
