@@ -116,10 +116,15 @@
     panel.style.display = shown ? "" : "none";
     for (const b of extras) b.hidden = !shown;
     viewer.gui.open();
-    for (const field of panel.querySelectorAll("li.cr :is(input, select)")) { // MeshCat leaves them without a name
-      field.setAttribute("aria-label", field.closest("li.cr").querySelector(".property-name")?.textContent ?? "value");
-    }
+    name();
+    rows.observe(panel, { childList: true, subtree: true });
   });
+  const rows = new MutationObserver(name);
+  function name() { // MeshCat leaves the fields of its panel without one
+    for (const field of panel.querySelectorAll(":is(input, select):not([aria-label])")) {
+      field.setAttribute("aria-label", field.closest("li")?.querySelector(".property-name")?.textContent || "value");
+    }
+  }
   const extra = (...about) => {
     const b = button(...about);
     b.hidden = true;
