@@ -10,6 +10,8 @@ from contextlib import contextmanager
 import numpy as np
 from PIL import Image
 
+from book.publish import npm
+
 #: What Chromium prints about its own software rendering.
 NOISE = ("GPU stall", "GL Driver Message", "WebGL-")
 
@@ -78,6 +80,7 @@ class Look:
     def settle(self):
         """Wait until the formulas are typeset."""
         self.page.wait_for_selector("body[data-settled]", timeout=90_000)
+        return self
 
     # ---- scenes ------------------------------------------------------------------------------------------
 
@@ -88,6 +91,17 @@ class Look:
         frame = box.locator("iframe").element_handle().content_frame()
         frame.wait_for_selector("body[data-ready]", timeout=60_000)
         return frame
+
+
+def serious(page, where="body"):
+    """What axe finds serious or critical in a page, or in a scene's frame, below the element `where`."""
+    page.evaluate(f"{(npm.modules() / 'axe-core/axe.min.js').read_text(encoding='utf-8')}; 0")
+    found = page.evaluate("(where) => axe.run(document.querySelector(where), { iframes: false })", where)["violations"]
+    return [
+        f"{v['id']}: {v['help']}: {v['nodes'][0]['html'][:150]} ({len(v['nodes'])} times)"
+        for v in found
+        if v["impact"] in ("serious", "critical")
+    ]
 
 
 def picture(frame):

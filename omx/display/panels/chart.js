@@ -12,6 +12,9 @@
 
   const plain = (value) => String(value).replace("-", "\u2212");
 
+  // A colour of the palette by its number, or any other.
+  const inks = (palette) => (colour) => palette[colour] ?? colour;
+
   // Round numbers from low to high, about `count` of them.
   function ticks(low, high, count) {
     const raw = (high - low) / count, size = 10 ** Math.floor(Math.log10(raw)), step = size * [1, 2, 5, 10].find((m) => m * size >= raw);
@@ -30,6 +33,7 @@
   }
 
   function draw(box, figure, palette, name) {
+    const ink = inks(palette);
     const width = Math.max(240, box.clientWidth || 560), height = Math.min(Math.round(0.8 * width), 400);
     const type = parseFloat(getComputedStyle(box).getPropertyValue("--omx-type")) || 13; // of the numbers, px
     const margin = { left: 4.6 * type, right: 1.1 * type, top: 0.9 * type, bottom: 3.6 * type };
@@ -62,12 +66,12 @@
     const drawn = shape("g", { "clip-path": `url(#${clip})` });
     for (const { points, colour, dash, pale } of figure.lines ?? []) {
       const known = points.filter((p) => p.every(Number.isFinite)).map((p) => place(p).map((v) => Math.max(-1e4, Math.min(1e4, v)).toFixed(1)).join());
-      drawn.append(shape("polyline", { points: known.join(" "), fill: "none", stroke: palette[colour], "stroke-width": pale ? 1.4 : 2.6,
+      drawn.append(shape("polyline", { points: known.join(" "), fill: "none", stroke: ink(colour), "stroke-width": pale ? 1.4 : 2.6,
         "stroke-linejoin": "round", ...(dash && { "stroke-dasharray": "7 5" }), ...(pale && { "stroke-opacity": 0.55 }) }));
     }
     for (const { points, colour, ring, small } of figure.dots ?? []) {
       for (const point of points.filter((p) => p.every(Number.isFinite))) {
-        const [cx, cy] = place(point), look = ring ? { fill: "none", stroke: palette[colour], "stroke-width": 3 } : { fill: palette[colour] };
+        const [cx, cy] = place(point), look = ring ? { fill: "none", stroke: ink(colour), "stroke-width": 3 } : { fill: ink(colour) };
         drawn.append(shape("circle", { cx, cy, r: small ? 2.2 : ring ? 8 : 5.5, ...look, ...(small && { "fill-opacity": 0.6 }) }));
       }
     }
@@ -77,14 +81,15 @@
 
   // What the colours mean.
   function legend(figure, palette) {
+    const ink = inks(palette);
     const list = document.createElement("ul");
     list.className = "omx-legend";
     const marks = [...(figure.lines ?? []).map((one) => ["line", one]), ...(figure.dots ?? []).map((one) => ["dot", one])];
     for (const [kind, { label, colour, dash, ring }] of marks.filter(([, { label }]) => label)) {
       const mark = shape("svg", { width: 22, height: 12, "aria-hidden": "true" });
       mark.append(kind === "line"
-        ? shape("line", { x1: 0, x2: 22, y1: 6, y2: 6, stroke: palette[colour], "stroke-width": 3, ...(dash && { "stroke-dasharray": "6 4" }) })
-        : shape("circle", { cx: 11, cy: 6, r: 4.5, fill: ring ? "none" : palette[colour], stroke: palette[colour], "stroke-width": 2 }));
+        ? shape("line", { x1: 0, x2: 22, y1: 6, y2: 6, stroke: ink(colour), "stroke-width": 3, ...(dash && { "stroke-dasharray": "6 4" }) })
+        : shape("circle", { cx: 11, cy: 6, r: 4.5, fill: ring ? "none" : ink(colour), stroke: ink(colour), "stroke-width": 2 }));
       const item = document.createElement("li");
       item.append(mark, ` ${label}`);
       list.append(item);

@@ -90,7 +90,7 @@
     return {
       x: "x (mm)", y: "y (mm)", square: true, span: [[-20, 270], [-195, 195]],
       lines: [{ label: "straight in space", points: flat(straight), colour: 0 }, { label: "straight in joint space", points: flat(bent), colour: 4, dash: true }],
-      dots: [{ label: "start", points: flat([first]), colour: 0 }, { label: "goal", points: flat([goal]), colour: 2, ring: true }, { label: "axis of joint 1", points: [[0, 0]], colour: 3 }],
+      dots: [{ label: "start", points: flat([first]), colour: 0 }, { label: "goal", points: flat([goal]), colour: 2, ring: true }, { label: "axis of joint 1", points: [[0, 0]], colour: "currentColor" }],
       says: [end ? `The joint move bulges ${text(bulge, 1)} mm from the line.` : `No joint move: ${A.closest(A.branches(goal, arm)).verdict}.`,
         blocked ? `The line ends after ${text(100 * (straight.length - 1) / N, 0)} %: ${blocked}.` : `The line passes ${text(near, 0)} mm from the axis of joint 1.`],
     };
@@ -134,7 +134,7 @@
     return {
       x: "elbow, from straight (deg)", y: "fastest joint (deg/s)", span: [[-40, 40], [0, 400]],
       lines: [{ label: "no damping", points: curve(0), colour: 0 }, { label: `damping ${text(lambda, 1)} mm`, points: curve(lambda), colour: 4 },
-        { label: "the servo's limit", points: [[-40, limit_deg], [40, limit_deg]], colour: 3, dash: true }],
+        { label: "the servo's limit", points: [[-40, limit_deg], [40, limit_deg]], colour: "currentColor", dash: true }],
       dots: [{ points: [[gap_deg, fastest]], colour: 4 }],
       says: [real ? `${here}: the fastest joint turns at ${text(fastest, 1)} deg/s.` : `${here} nothing but damping helps: the inverse does not exist.`,
         real ? `The tool gets ${text(along, 1)} mm/s of ${text(speed, 0)}, and the hand tilts at ${text(got[3] / DEG, 1)} deg/s.` : ""],

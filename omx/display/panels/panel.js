@@ -25,13 +25,22 @@
       box.dataset.kind = this.kind;
       this.controls = element("div", { class: "omx-controls" });
       box.append(this.controls);
+      this.spoken = element("p", { class: "omx-spoken", role: "status" });
       this[`${this.kind}Controls`]();
+      this.controls.append(this.spoken);
       addEventListener("message", ({ data, source }) => {
         if (source !== this.frame()?.contentWindow) return;
         if (data?.omx === "ready") this.send();
         if (data?.omx === "dragged" && this.geometry) this.dragged(data);
       });
       this.show();
+    }
+
+    // Say it to a screen reader when the reader's hand rests. (Scenes of the arm speak for themselves.)
+    speak(words) {
+      clearTimeout(this.settling);
+      if (this.said) this.settling = setTimeout(() => { this.spoken.textContent = words; }, SETTLE_MS);
+      this.said = true; // a page that opens is quiet
     }
 
     frame() { return this.box.querySelector("iframe"); }
@@ -137,6 +146,7 @@
       if (this.geometry) values.push(`pitch = ${text(A.pose(this.q, this.geometry)[3] / DEG, 1)}\u00b0`);
       this.answer.replaceChildren(element("p", { class: "omx-values" }, ...values.map((v) => element("span", {}, v))),
         this.matrix(T, "T", "the pose T"));
+      if (!this.geometry) this.speak(`Tool at ${values.join(", ")}.`);
     }
 
     // -- one DH row -----------------------------------------------------------------------------------------------
@@ -161,7 +171,9 @@
     }
 
     writeRow() {
-      this.answer.replaceChildren(this.matrix(A.link(...this.q), "A", "the link matrix A"));
+      const link = A.link(...this.q), at = [0, 1, 2].map((i) => `${"xyz"[i]} = ${text(link[i][3], 1)}`);
+      this.answer.replaceChildren(this.matrix(link, "A", "the link matrix A"));
+      this.speak(`The next frame's origin is at ${at.join(", ")} mm.`);
     }
 
     // -- pose -----------------------------------------------------------------------------------------------------
@@ -214,9 +226,8 @@
       this.inputs = this.sliders.map(([name, unit, low, high, value, step]) =>
         this.slider(sliders, name, unit, low, high, value, () => this.show(), step));
       this.answer = element("div", { class: "omx-answer omx-says" });
-      this.spoken = element("p", { class: "omx-spoken", role: "status" });
       this.box.replaceChildren(this.plot, this.controls);
-      this.controls.append(sliders, this.answer, this.spoken);
+      this.controls.append(sliders, this.answer);
       new ResizeObserver(() => { if (![0, this.width].includes(this.plot.clientWidth)) this.write(); }).observe(this.plot);
     }
 
@@ -226,9 +237,7 @@
       const says = figure.says.filter(Boolean);
       OMX_CHART.show(this.plot, figure, this.palette, `${this.title}. ${says.join(" ")}`);
       this.answer.replaceChildren(...says.map((words) => element("p", {}, words)));
-      clearTimeout(this.settling);
-      if (this.said) this.settling = setTimeout(() => { this.spoken.textContent = says.join(" "); }, SETTLE_MS);
-      this.said = true; // a page that opens is quiet
+      this.speak(says.join(" "));
     }
 
     write() { this[{ pose: "writeBranches", row: "writeRow", joints: "writePose", figure: "writeFigure" }[this.kind]](); }

@@ -40,7 +40,10 @@
       console.error("omx.display.viewer: " + type + " " + path + " failed:", error); // the rest of the scene still counts
     }
     if (viewer.camera.target) aim(viewer.camera.target);
-    if (type === "set_animation") showPlayer();
+    if (type === "set_animation") {
+      if (matchMedia("(prefers-reduced-motion: reduce)").matches) viewer.animator.pause();
+      showPlayer();
+    }
   }
 
   // The viewer's controls turn about a point that no command reaches: it comes as a property of the camera.
@@ -60,6 +63,27 @@
   window.addEventListener("wheel", (event) => {
     if (!document.hasFocus() && !event.ctrlKey) event.stopImmediatePropagation();
   }, { capture: true });
+
+  // The view by keyboard: arrows turn it, plus and minus come nearer and go away.
+  const TURN = Math.PI / 24, NEARER = 0.9, canvas = viewer.renderer.domElement;
+  const KEYS = { ArrowLeft: [-TURN, 0, 1], ArrowRight: [TURN, 0, 1], ArrowUp: [0, -TURN, 1], ArrowDown: [0, TURN, 1],
+    "+": [0, 0, NEARER], "=": [0, 0, NEARER], "-": [0, 0, 1 / NEARER] };
+  canvas.tabIndex = 0;
+  canvas.setAttribute("role", "application");
+  canvas.setAttribute("aria-label", "The view. Arrow keys turn it, plus and minus zoom.");
+  canvas.addEventListener("keydown", (event) => {
+    const step = KEYS[event.key];
+    if (!step || event.ctrlKey || event.altKey || event.metaKey) return;
+    event.preventDefault();
+    const { target } = viewer.controls, { position } = viewer.camera;
+    const place = new MeshCat.THREE.Spherical().setFromVector3(position.clone().sub(target));
+    place.theta += step[0];
+    place.phi = Math.min(Math.max(place.phi + step[1], 0.05), Math.PI - 0.05);
+    place.radius *= step[2];
+    position.setFromSpherical(place).add(target);
+    viewer.controls.update();
+    viewer.set_dirty();
+  });
 
   // ---- toolbar ---------------------------------------------------------------------------------------------
   const bar = document.createElement("div");
@@ -92,7 +116,15 @@
     panel.style.display = shown ? "" : "none";
     for (const b of extras) b.hidden = !shown;
     viewer.gui.open();
+    name();
+    rows.observe(panel, { childList: true, subtree: true });
   });
+  const rows = new MutationObserver(name);
+  function name() { // MeshCat leaves the fields of its panel without one
+    for (const field of panel.querySelectorAll(":is(input, select):not([aria-label])")) {
+      field.setAttribute("aria-label", field.closest("li")?.querySelector(".property-name")?.textContent || "value");
+    }
+  }
   const extra = (...about) => {
     const b = button(...about);
     b.hidden = true;
@@ -105,7 +137,7 @@
     Object.assign(link, { href: url, download: name });
     link.click();
   }
-  extra("png", "Save a picture at twice the size", () => save("scene.png", picture(2)));
+  extra("png", "Save a png picture at twice the size", () => save("scene.png", picture(2)));
   function picture(scale) {
     const { renderer } = viewer, ratio = renderer.getPixelRatio();
     renderer.setPixelRatio(scale * ratio);

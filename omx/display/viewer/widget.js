@@ -39,6 +39,13 @@ async function base64(blob) {
   return reader.result.split(",")[1];
 }
 
+// The sliders of a panel: what stands beside a handle is its name, too, for those who do not see it.
+function nameSliders(output) {
+  for (const slider of output?.querySelectorAll(".widget-slider") ?? []) {
+    slider.querySelector(".noUi-handle")?.setAttribute("aria-label", slider.querySelector(".widget-label").textContent);
+  }
+}
+
 // ---- the theme of the page: JupyterLab and others say it on its body -----------------------
 
 function isDark() {
@@ -124,6 +131,7 @@ class Frame {
   onSeen(seen) {
     this.seen = seen;
     if (!seen) return;
+    nameSliders(this.el.closest(".jp-OutputArea-output"));
     shared.frames = shared.frames.filter((f) => f !== this).concat(this);
     if (!this.iframe) this.start();
     const spare = shared.frames.filter((f) => !f.seen);

@@ -1,0 +1,225 @@
+"""Everybody can use it: axe, the keyboard alone, a page of 320 px, and what a screen reader hears.
+
+`book/accessibility.md` names these tests as its evidence.
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import omx
+from book.publish import site
+from tests.browser.test_site import CHAPTERS, pages
+from tests.browser.weblook import Look, serious, served
+
+LIVE = [path for path in CHAPTERS if re.search(r"/(00|03|05|06|10|13)-", path)]
+
+
+@pytest.fixture(scope="module")
+def home(built_site):
+    with served(site.SITE) as address:
+        yield address
+
+
+@pytest.fixture(scope="module")
+def window():
+    return 1280, 860
+
+
+# ---- axe ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("path", ["book/index.html", "book/notation.html", "book/accessibility.html",
+                                  "book/teach/course.html", "book/api/kinematics.html", *LIVE])  # fmt: skip
+def test_axe_finds_nothing_serious_on_a_page(browser, home, path, theme):
+    context = browser.new_context(viewport={"width": 1280, "height": 860}, color_scheme=theme)
+    with Look(context, home) as look:
+        assert serious(look.open(path).settle().page) == []
+    context.close()
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_axe_finds_nothing_serious_in_a_scene_with_its_menu_open(browser, home, theme):
+    context = browser.new_context(viewport={"width": 1280, "height": 860}, color_scheme=theme)
+    with Look(context, home) as look:
+        look.open("book/index.html").settle()
+        frame = look.scene(look.page.locator(".omx-scene[data-scene]").first)
+        frame.locator("#omx-bar button[aria-label^=More]").click()
+        frame.wait_for_timeout(300)
+        assert serious(frame) == []
+    context.close()
+
+
+@pytest.mark.parametrize("name", ["03-forward-kinematics", "06-servos-and-the-wire"])
+def test_axe_finds_nothing_serious_in_a_deck(look, name):
+    look.open(f"slides/{name}.html").page.wait_for_selector("body[data-ready]", timeout=120_000)
+    assert serious(look.page) == []
+
+
+PANELS = """from omx import DHRow, JointPanel, LiveFigure, PosePanel, Robot, RobotPanel, RowPanel
+from IPython.display import display
+figure = LiveFigure("cloud", {"sigma (deg)": (0, 1, 0.5, 0.1)}, "Tips", draws=[[0, 1, 0, 0]])
+for panel in (JointPanel(), PosePanel(), RowPanel(DHRow(0, 77, 0, -1.57)), RobotPanel(Robot(), watch=False), figure):
+    display(panel)"""
+
+
+def test_axe_finds_nothing_serious_in_the_panels_of_a_notebook(open_page, notebook):
+    """What JupyterLab and its own widgets bring is in `book/accessibility.md`: all else is ours."""
+    page = open_page(notebook(PANELS))
+    page.run_all()
+    page.page.locator(".omx-panel[data-kind=figure]").wait_for()
+    assert serious(page.page, ".jp-OutputArea") == []
+    assert not page.errors
+
+
+# ---- 400 %: a page of 1280 px is 320 px wide then ----------------------------------------------------------
+
+
+BOX = "(b) => { const { left, top, right, bottom } = b.getBoundingClientRect(); return [left, top, right, bottom]; }"
+
+
+def test_nothing_is_lost_at_four_hundred_percent(browser, home):
+    context = browser.new_context(viewport={"width": 320, "height": 640})
+    with Look(context, home) as look:
+        for path in pages():
+            look.open(path).settle()
+            assert look.page.evaluate("document.documentElement.scrollWidth") <= 320, path
+            for box in look.page.locator(".omx-panel :is(input, button, output, .omx-plot)").all():
+                place = box.bounding_box()
+                assert place is None or (place["x"] >= 0 and place["x"] + place["width"] <= 320), path
+    context.close()
+
+
+def test_a_scenes_buttons_are_all_in_sight_at_four_hundred_percent(browser, home):
+    context = browser.new_context(viewport={"width": 320, "height": 640})
+    with Look(context, home) as look:
+        look.open("book/index.html").settle()
+        frame = look.scene(look.page.locator(".omx-scene[data-scene]").first)
+        frame.locator("#omx-bar button[aria-label^=More]").click()
+        width, height = frame.evaluate("[innerWidth, innerHeight]")
+        for button in frame.locator("#omx-bar button:visible").all():
+            left, top, right, bottom = button.evaluate(BOX)
+            assert 0 <= left < right <= width
+            assert 0 <= top < bottom <= height
+            assert min(right - left, bottom - top) >= 24, "large enough for a finger"
+    context.close()
+
+
+SPACED = "* { line-height: 1.5 !important; letter-spacing: 0.12em !important; word-spacing: 0.16em !important; }"
+
+
+def test_words_set_wider_stay_on_the_page(look):
+    look.open("notebooks/06-servos-and-the-wire.html").settle().page.add_style_tag(content=SPACED)
+    assert look.page.evaluate("document.documentElement.scrollWidth") <= 1280
+    answer = look.page.locator(".omx-panel .omx-answer")
+    assert answer.evaluate("(a) => a.scrollHeight <= a.clientHeight + 1")
+
+
+def test_nothing_moves_by_itself_for_those_who_ask_for_rest(browser, home):
+    context = browser.new_context(viewport={"width": 1280, "height": 860}, reduced_motion="reduce")
+    with Look(context, home) as look:
+        look.open("notebooks/06-servos-and-the-wire.html").settle()
+        frame = look.scene(look.page.locator(".omx-scene[data-scene]").last)
+        assert frame.evaluate("omxScene.viewer.animator.actions.length") > 0
+        assert not frame.evaluate("omxScene.viewer.animator.playing")
+    context.close()
+
+
+# ---- the keyboard alone ------------------------------------------------------------------------------------
+
+STOPS = "() => (document.activeElement?.ariaLabel || document.activeElement?.textContent || '').trim()"
+SEEN_FROM = "omxScene.viewer.camera.getWorldPosition(new MeshCat.THREE.Vector3()).toArray()"
+
+
+def test_a_scene_is_turned_and_its_tool_is_moved_by_keys_alone(look):
+    look.open("book/index.html").settle()
+    frame = look.scene(look.page.locator(".omx-scene[data-scene]").first)
+    keyboard = look.page.keyboard
+    frame.locator("canvas").focus()
+    seen = [frame.evaluate(SEEN_FROM)]
+    for key in ("ArrowLeft", "ArrowUp", "+"):
+        keyboard.press(key)
+        seen.append(frame.evaluate(SEEN_FROM))
+        assert np.linalg.norm(np.subtract(*seen[-2:])) > 0.02, key
+    assert np.linalg.norm(seen[3]) < np.linalg.norm(seen[2])
+    stops = []
+    while not stops or not stops[-1].startswith("More"):
+        keyboard.press("Tab")
+        stops.append(frame.evaluate(STOPS))
+        if stops[-1] == "Drag the tool" and not frame.evaluate("omxScene.tool.state().on"):
+            keyboard.press("Enter")
+    assert stops == [*(f"View: {name}" for name in ("iso", "side", "front", "top")), "Drag the tool", stops[-1]]
+    before = frame.evaluate("omxScene.tool.state().asked")
+    while not frame.evaluate(STOPS).startswith("The tool"):
+        keyboard.press("Tab")
+    keyboard.press("PageUp")
+    frame.wait_for_timeout(900)
+    state = frame.evaluate("omxScene.tool.state()")
+    assert state["asked"][2] == pytest.approx(round(before[2]) + 1)
+    assert omx.pose(state["q"])[2] == pytest.approx(state["asked"][2])
+    assert look.problems == []
+
+
+@pytest.mark.parametrize("path", CHAPTERS)
+def test_every_play_is_reached_by_tab_and_works_by_keys(look, path):
+    """All that can be moved on a chapter's page can be focused, is named, and answers the arrow keys or Enter."""
+    look.open(path).settle()
+    for panel in look.page.locator(".omx-panel").all():
+        for control in panel.locator("input, button").all():
+            control.focus()
+            assert control.evaluate("(c) => c === document.activeElement && c.tabIndex === 0")
+            assert control.evaluate("(c) => c.ariaLabel || c.textContent")
+    for slider in look.page.locator(".omx-panel input[type=range]").all():
+        before = slider.input_value()
+        slider.press("ArrowRight" if before != slider.get_attribute("max") else "ArrowLeft")
+        assert slider.input_value() != before
+    for box in look.page.locator(".omx-scene[data-scene]").all()[:1]:
+        frame = look.scene(box)
+        assert frame.locator("canvas").get_attribute("tabindex") == "0"
+        if frame.evaluate("omxScene.viewer.animator.actions.length"):
+            play = frame.get_by_role("button", name="Play or pause")
+            playing = frame.evaluate("omxScene.viewer.animator.playing")
+            play.press("Enter")
+            assert frame.evaluate("omxScene.viewer.animator.playing") != playing
+    assert look.problems == []
+
+
+# ---- what is heard ------------------------------------------------------------------------------------
+
+
+def test_a_scene_says_pose_branch_and_verdict_when_it_settles(look):
+    look.open("book/index.html").settle()
+    panel = look.page.locator(".omx-panel").first
+    frame = look.scene(panel.locator(".omx-scene"))
+    frame.wait_for_timeout(700)
+    panel.locator("input").nth(1).press("PageUp")
+    frame.wait_for_timeout(1200)
+    said = frame.get_by_role("status").inner_text()
+    x, y, z, pitch = omx.pose(frame.evaluate("omxScene.tool.state().q"))
+    where = f"x = {x:.1f}, y = {y + 0:.1f}, z = {z:.1f} mm, pitch = {np.degrees(pitch):.1f}°"
+    assert said.replace("\u2212", "-") == f"Tool at {where}; front, elbow up; within its limits, touching nothing."
+
+
+def test_a_row_and_an_arm_of_another_kind_say_where_they_lead(look):
+    look.open(next(path for path in CHAPTERS if "02-" in path)).settle()
+    panel = look.page.locator(".omx-panel[data-kind=row]")
+    panel.get_by_role("slider", name="d in mm").fill("77")
+    look.page.wait_for_timeout(700)
+    assert re.fullmatch(
+        r"The next frame's origin is at x = .*, z = 77\.0 mm\.", panel.locator(".omx-spoken").inner_text()
+    )
+
+
+# ---- the page that states it -------------------------------------------------------------------------------
+
+
+def test_the_page_names_tests_that_exist():
+    text = (site.ROOT / "book/accessibility.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"`(test_\w+)`", text))
+    files = [file.read_text(encoding="utf-8") for file in Path(site.ROOT / "tests").rglob("test_*.py")]
+    defined = {name for file in files for name in re.findall(r"def (test_\w+)", file)}
+    assert len(named) > 10
+    assert named <= defined, named - defined
