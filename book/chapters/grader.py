@@ -257,34 +257,11 @@ class Keeper:
 
 
 def watch(forbidden, tried, student_files=("<answer", "<string")):
-    """Refuse from now on what answers may not do; what was tried is added to `tried`."""
-    roots = tuple(os.path.realpath(root) + os.sep for root in forbidden["roots"])
-    allowed = tuple(os.path.realpath(root) + os.sep for root in forbidden["except"])
-    standard = (os.path.dirname(os.__file__) + os.sep, "<frozen")
-    others = tuple(forbidden["libraries"])
-    attributes, events, paths, state = set(HIDDEN_ATTRIBUTES), set(REFUSED), set(PATHS), {"busy": False}
-    getframe, realpath, fspath, isdir = sys._getframe, os.path.realpath, os.fspath, os.path.isdir
+    """Refuse from now on what answers may not do; what was tried is added to `tried`.
 
-    def file_of(frame):
-        return frame.f_code.co_filename
-
-    def below_a_student(frame):
-        while frame is not None and not file_of(frame).startswith(student_files):
-            frame = frame.f_back
-        return frame is not None
-
-    def asked_by_a_student(frame):
-        while frame is not None and file_of(frame).startswith(standard):
-            frame = frame.f_back
-        return frame is not None and file_of(frame).startswith(student_files)
-
-    def is_secret(path):
-        try:
-            path = os.fsdecode(realpath(fspath(path)))
-        except (TypeError, ValueError, OSError):
-            return False
-        inside = (path + os.sep).startswith(roots) and not (path + os.sep).startswith(allowed)
-        return inside or path.endswith(".ipynb")
+    All that the hook needs it holds itself: no answer reaches the locals of a function that has returned.
+    """
+    known, state, getframe = judges(forbidden, *callers(student_files)), {"busy": False}, sys._getframe
 
     def hook(event, arguments):
         if state["busy"] or event not in known:
@@ -298,10 +275,39 @@ def watch(forbidden, tried, student_files=("<answer", "<string")):
             tried.append(reason)
             raise Refusal(f"answers may not do this: {reason}")
 
+    importlib.invalidate_caches()
+    sys.addaudithook(hook)
+
+
+def callers(student_files):
+    """Three questions about a frame: is it a student's; is one below it; did one ask for it, but for Python's own?"""
+    standard = (os.path.dirname(os.__file__) + os.sep, "<frozen")
+
+    def is_a_students(frame):
+        return frame.f_code.co_filename.startswith(student_files)
+
+    def below_a_student(frame):
+        while frame is not None and not is_a_students(frame):
+            frame = frame.f_back
+        return frame is not None
+
+    def asked_by_a_student(frame):
+        while frame is not None and frame.f_code.co_filename.startswith(standard):
+            frame = frame.f_back
+        return frame is not None and is_a_students(frame)
+
+    return is_a_students, below_a_student, asked_by_a_student
+
+
+def judges(forbidden, is_a_students, below_a_student, asked_by_a_student):
+    """{audit event: a function that says what is wrong with it, or ""}."""
+    is_secret, isdir, basename = secret_paths(forbidden), os.path.isdir, os.path.basename
+    others, attributes = tuple(forbidden["libraries"]), set(HIDDEN_ATTRIBUTES)
+
     def a_path(event, arguments, frame):
         listed = [a for a in arguments[: 1 if event == "open" else 2] if isinstance(a, (str, bytes, os.PathLike))]
         if any(is_secret(path) for path in listed):
-            return f"it reads or writes {os.path.basename(os.fsdecode(listed[0]))[-60:]}"
+            return f"it reads or writes {basename(os.fsdecode(listed[0]))[-60:]}"
         if event == "open" and listed and isdir(listed[0]) and below_a_student(frame):
             return "it opens a folder as a file"
         return ""
@@ -311,8 +317,9 @@ def watch(forbidden, tried, student_files=("<answer", "<string")):
 
     def a_look(event, arguments, frame):
         if event == "sys._getframe":
-            roundabout = file_of(frame).startswith(others) or file_of(frame).endswith(("inspect.py", "traceback.py"))
-            hidden = file_of(frame).startswith(student_files) or (roundabout and below_a_student(frame))
+            file = frame.f_code.co_filename
+            roundabout = file.startswith(others) or file.endswith(("inspect.py", "traceback.py"))
+            hidden = is_a_students(frame) or (roundabout and below_a_student(frame))
         else:
             hidden = len(arguments) > 1 and arguments[1] in attributes and asked_by_a_student(frame)
         return f"it looks behind the scenes ({event})" if hidden else ""
@@ -321,10 +328,27 @@ def watch(forbidden, tried, student_files=("<answer", "<string")):
         name = os.fsdecode(arguments[1]) if isinstance(arguments[1], (str, bytes)) else "<"
         return "it gives code the name of a file" if name[:1] != "<" and asked_by_a_student(frame) else ""
 
-    known = {**dict.fromkeys(paths, a_path), **dict.fromkeys(events, an_act), "compile": a_disguise}
-    known.update(dict.fromkeys(("sys._getframe", "object.__getattr__", "object.__setattr__"), a_look))
-    importlib.invalidate_caches()
-    sys.addaudithook(hook)
+    looks = ("sys._getframe", "object.__getattr__", "object.__setattr__")
+    known = {**dict.fromkeys(PATHS, a_path), **dict.fromkeys(REFUSED, an_act), **dict.fromkeys(looks, a_look)}
+    return {**known, "compile": a_disguise}
+
+
+def secret_paths(forbidden):
+    """A function: does this path lead to what answers may not see?"""
+    roots, allowed = (
+        tuple(os.path.realpath(root) + os.sep for root in forbidden[name]) for name in ("roots", "except")
+    )
+    realpath, fspath, fsdecode = os.path.realpath, os.fspath, os.fsdecode
+
+    def is_secret(path):
+        try:
+            path = fsdecode(realpath(fspath(path)))
+        except (TypeError, ValueError, OSError):
+            return False
+        inside = (path + os.sep).startswith(roots) and not (path + os.sep).startswith(allowed)
+        return inside or path.endswith(".ipynb")
+
+    return is_secret
 
 
 if __name__ == "__main__":

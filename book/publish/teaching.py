@@ -23,7 +23,6 @@ COURSE = ROOT / "book/teach/course.toml"
 WORDS_A_MINUTE, LINES_A_MINUTE = 50, 6
 MEETING_MIN, ROOM_MIN = 90, 80  # ten minutes go by before the first slide and after the last
 OBJECTIVE = re.compile(r"^- (.+?)(?=^- |^\S|\Z)", re.MULTILINE | re.DOTALL)
-KINDS = {"broken": "find the fault", "in words": "in words"}
 
 
 @dataclass(frozen=True)
@@ -90,7 +89,8 @@ class Chapter:
                 head, effort = deck.EXERCISE.match(cells.source(cell)), deck.EFFORT.search(cells.source(cell))
                 number, title = head.groups() if head else ("", cells.source(cell).split("\n")[0].strip("# "))
                 hard, minutes = map(int, effort.groups()) if effort else (0, 0)
-                kind = "find the fault" if "broken" in tags else ""
+                derive = "derive it" if re.search(r"\bDerive\b", cells.source(cell)) else ""
+                kind = "find the fault" if "broken" in tags else derive
                 found.append(Exercise(number, title, hard, minutes, 0, kind))
             elif "check" in tags and found:
                 last = found[-1]

@@ -107,6 +107,9 @@ def reset(name, folder=WORK):
     fresh, given, mine = edition(source), folder / GIVEN / path.name, read(path)
     if path.exists() and (mine is None or read(given) is None or merge.changed(mine, read(given))):
         print(f"Yours is kept: {shown(keep(path, folder))}")
+    from omx.check import passed
+
+    passed.forget(path)
     give(fresh, fresh, path, given)
     print(f"{shown(path)} is as it was given out.")
 

@@ -20,7 +20,6 @@ from book.chapters import execute, normalise
 from book.chapters.cells import headings, is_code, source, tags
 from book.chapters.student import title
 from book.publish import markup, pages, shared
-from book.reader import overview
 from book.setup import names
 from book.setup.paths import ROOT, WORK, Stop
 from omx.display.viewer.html_export import write_site_script
@@ -60,8 +59,13 @@ def results_of(cells):
         if "exercise" in tags(cell):
             found.append([title(source(cell)), []])
         elif "check" in tags(cell) and found:
-            found[-1][1].append(overview.passed(cell) if cell.get("outputs") else None)
+            found[-1][1].append(passed(cell) if cell.get("outputs") else None)
     return [(name, None if None in checks or not checks else all(checks)) for name, checks in found]
+
+
+def passed(cell):
+    """Does the run of a cell hold the outputs of a check that found nothing wrong?"""
+    return bool(cell["outputs"]) and not any(output["output_type"] == "error" for output in cell["outputs"])
 
 
 def page(notebook, path, results, is_run):

@@ -275,20 +275,9 @@ def _loop(
     columns, worked on a round at a time, and copied to where they belong.
     """
     names = list(inspect.signature(function).parameters)[:inputs]
-    bounds = np.array([RANGE[name[0] in LENGTHS] for name in names])
+    load = _load(np.array([RANGE[name[0] in LENGTHS] for name in names]))
     columns, copy = _compile(_columns(function, inputs, numbers, truths)), _compile(_copy)
     width, marked, step = len(numbers), len(truths), ROUND if in_rows else RUN
-
-    @_compile
-    def load(rows, w):
-        wrong = 0
-        for i in range(len(rows)):
-            for j in range(inputs):
-                w[j * PITCH + i] = rows[i, j]
-        for j in range(inputs):
-            for i in range(len(rows)):
-                wrong += not abs(w[j * PITCH + i]) <= bounds[j]
-        return wrong == 0
 
     @_compile
     def loop(start, stop, rows, out, marks, parameters):
@@ -311,6 +300,24 @@ def _loop(
         return fine
 
     return loop
+
+
+def _load(bounds: np.ndarray) -> Callable:
+    """Rows to the first columns of `w`; True if none of their numbers is beyond its bound."""
+    inputs = len(bounds)
+
+    @_compile
+    def load(rows, w):
+        wrong = 0
+        for i in range(len(rows)):
+            for j in range(inputs):
+                w[j * PITCH + i] = rows[i, j]
+        for j in range(inputs):
+            for i in range(len(rows)):
+                wrong += not abs(w[j * PITCH + i]) <= bounds[j]
+        return wrong == 0
+
+    return load
 
 
 def _columns(function: Callable, inputs: int, numbers: tuple[str, ...], truths: tuple[str, ...]) -> Callable:

@@ -14,11 +14,15 @@ HARD = re.compile(r"Difficulty ([1-5]) of 5")
 
 
 class Exercise(NamedTuple):
-    """An exercise of a notebook: its heading, its difficulty from 1 to 5 (0 if not given), the id of its check cell."""
+    """An exercise of a notebook: its heading, its difficulty from 1 to 5 (0 if not given), the ids of its checks."""
 
     title: str
     difficulty: int
-    check: str
+    checks: tuple[str, ...]
+
+    def is_done(self, stored: dict) -> bool:
+        """Have all its checks passed, and passed last?"""
+        return all(stored.get(check) is True for check in self.checks)
 
 
 class Progress(dict):
@@ -48,12 +52,16 @@ class Progress(dict):
 
 def progress(folder: str | os.PathLike = ".") -> Progress:
     """The exercises of all notebooks in `folder`, chapter by chapter, and which of them have passed their check."""
-    passed, found = _stored(folder), Progress()
+    return Progress((read(path)[0], exercises) for path, exercises in by_notebook(folder))
+
+
+def by_notebook(folder: str | os.PathLike = "."):
+    """(path, [(exercise, is it done?), ...]) of each notebook in `folder` that has exercises."""
+    stored = _stored(folder)
     for path in sorted(Path(folder).glob("*.ipynb")):
-        title, exercises = read(path)
+        _, exercises = read(path)
         if exercises:
-            found[title] = [(exercise, bool(passed.get(exercise.check))) for exercise in exercises]
-    return found
+            yield path, [(exercise, exercise.is_done(stored)) for exercise in exercises]
 
 
 def record(cell: str, passed: bool, folder: str | os.PathLike = ".") -> str:
@@ -64,10 +72,18 @@ def record(cell: str, passed: bool, folder: str | os.PathLike = ".") -> str:
         _store(folder, stored)
     for path in sorted(Path(folder).glob("*.ipynb")):
         _, exercises = read(path)
-        if cell in [exercise.check for exercise in exercises]:
-            done = sum(bool(stored.get(exercise.check)) for exercise in exercises)
+        if any(cell in exercise.checks for exercise in exercises):
+            done = sum(exercise.is_done(stored) for exercise in exercises)
             return f"{done} of {len(exercises)} exercises of this chapter done."
     return ""
+
+
+def forget(path: Path) -> None:
+    """Forget which checks of a notebook have passed: it is given out anew."""
+    stored, (_, exercises) = _stored(path.parent), read(path)
+    checks = {check for exercise in exercises for check in exercise.checks}
+    if checks & stored.keys():
+        _store(path.parent, {cell: passed for cell, passed in stored.items() if cell not in checks})
 
 
 def keep_name(name: str, folder: str | os.PathLike = ".") -> None:
@@ -89,13 +105,14 @@ def read(path: Path) -> tuple[str, list[Exercise]]:
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return path.stem, []
     heading = next((found[1] for _, text, _ in tagged if (found := re.search(r"^# (.+)", text, re.M))), path.stem)
-    exercises, title, difficulty = [], "", 0
+    exercises = []
     for name, text, tags in tagged:
         if "exercise" in tags:
-            title, difficulty = entitled(text)
+            exercises.append(Exercise(*entitled(text), ()))
         elif "check" in tags:
-            exercises.append(Exercise(title, difficulty, name))
-    return heading, exercises
+            last = exercises.pop() if exercises else Exercise("", 0, ())
+            exercises.append(last._replace(checks=(*last.checks, name)))
+    return heading, [exercise for exercise in exercises if exercise.checks]  # an answer in words has none
 
 
 def entitled(text: str) -> tuple[str, int]:

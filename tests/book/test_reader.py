@@ -13,6 +13,7 @@ from book.chapters.cells import is_code, is_note, source, tags
 from book.reader import folder, handin, merge, overview, saving, solutions
 from book.setup import names
 from book.setup.paths import NOTEBOOKS, ROOT, WORK, Stop
+from omx.check import passed
 from tests.book.test_run import UV, Clone
 from tests.helpers.chapter import chapter, code, markdown
 
@@ -313,12 +314,16 @@ def test_a_notebook_elsewhere_and_a_file_are_saved_as_they_are():
 
 
 def test_progress_counts_the_exercises_whose_checks_passed_last(book):
+    """One count for the contents and for `check.progress`: what the kernel keeps, not what a file's outputs show."""
     _, work = book
-    right = {"output_type": "stream", "name": "stdout", "text": "Right."}
-    wrong = {"output_type": "error", "ename": "Wrong", "evalue": "", "traceback": []}
-    for outputs, counted in (([], "0 of 1"), ([right], "1 of 1 \u2713"), ([right, wrong], "0 of 1")):
-        edit(work / "07-lines.ipynb", lambda cells, o=outputs: cells[-2].update(outputs=o))
+    check = passed.read(work / "07-lines.ipynb")[1][0].checks[0]
+    for last, counted in ((None, "0 of 1"), (True, "1 of 1 \u2713"), (False, "0 of 1"), (True, "1 of 1 \u2713")):
+        if last is not None:
+            assert passed.record(check, last, work).startswith(counted[:6])
         assert f"| {counted} |" in overview.table(work)
+        assert f"{counted[:6]} done" in str(passed.progress(work))
+    folder.reset("07", work)
+    assert "| 0 of 1 |" in overview.table(work), "given out anew"
     in_words = [markdown("### Exercise 7.2: in words", tags=["exercise"]), markdown("", tags=["solution"])]
     edit(work / "07-lines.ipynb", lambda cells: cells.extend(in_words))
     assert "| 0 of 1 |" in overview.table(work), "what is told in words is not counted"

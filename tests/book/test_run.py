@@ -4,6 +4,7 @@ import ast
 import hashlib
 import importlib.util
 import os
+import random
 import re
 import shutil
 import signal
@@ -253,6 +254,29 @@ def test_ctrl_c_says_how_to_go_on(clone):
     status, said = stopped_by(clone, signal.SIGINT)
     assert status == 130
     assert said.strip() == "run.py: Interrupted; the same command takes it up again."
+    assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest"
+
+
+#: At so many random moments a set-up is interrupted; `OMX_INTERRUPTS=20` asks for more.
+MOMENTS = int(os.environ.get("OMX_INTERRUPTS", "2"))
+STOPS = ("SIGKILL", "SIGTERM", "SIGHUP", "SIGINT", "SIGKILL of the parent alone")
+
+
+@pytest.mark.skipif(paths.WINDOWS, reason="signals to process groups are POSIX")
+@pytest.mark.parametrize("seed", range(MOMENTS))
+def test_a_set_up_stopped_at_any_moment_is_never_called_complete_and_is_taken_up(clone, seed):
+    stop, moment = STOPS[seed % len(STOPS)], random.Random(seed).uniform(0.1, 3.0)
+    command = [base_python(), str(clone.root / "run.py"), "test"]
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    with subprocess.Popen(command, env=clone.environment(), start_new_session=True, **quiet) as process:
+        try:
+            process.wait(timeout=moment)
+        except subprocess.TimeoutExpired:
+            send = os.kill if "alone" in stop else os.killpg
+            send(process.pid, getattr(signal, stop.split()[0]))
+    if clone.stamp.exists():
+        done = subprocess.run([clone.python, "-c", "import omx, pytest"], cwd=clone.root.parent, check=False)
+        assert done.returncode == 0
     assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest"
 
 

@@ -1,6 +1,7 @@
 """The site in a browser without a network: every page loads, shows formulas and scenes, and leads nowhere else."""
 
 import math
+import re
 from urllib.parse import urljoin
 
 import numpy as np
@@ -344,6 +345,12 @@ def test_paper_is_white_and_shows_every_scene(browser, home, theme):
         look.page.evaluate("dispatchEvent(new Event('afterprint'))")
         assert look.page.evaluate("document.documentElement.dataset.theme") == theme
     context.close()
+
+
+def test_the_safety_card_is_one_page(look):
+    look.open("book/teach/safety-card.html").settle()
+    paper = look.page.pdf(format="A4", print_background=True)
+    assert len(re.findall(rb"/Type\s*/Page\b", paper)) == 1
 
 
 def test_arrows_in_a_wide_formula_scroll_it_and_the_page_stays(browser, home):
