@@ -67,6 +67,9 @@ def grouped(notebook):
     for cell in itertools.chain.from_iterable(map(before_and_below, notebook["cells"])):
         kind = cells.slide_type(cell)
         in_exercises = "exercise" in cells.tags(cell) or (in_exercises and kind != "slide")
+        if cells.is_note(cell) and out:
+            out[-1][-1].append(cell)
+            continue
         if in_exercises or kind == "skip" or any(tag in HIDDEN for tag in cells.tags(cell)) or imports(cell):
             continue
         if kind == "slide" or not out:

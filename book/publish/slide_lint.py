@@ -36,7 +36,7 @@ MEASURE = """() => {
     const type = [...texts, ...formulas].map((c) => [parseFloat(getComputedStyle(c).fontSize), c]);
     const [smallest, culprit] = type.reduce((a, b) => (b[0] < a[0] ? b : a), [99, null]);
     const rect = (c) => c.getBoundingClientRect();
-    const images = [...slide.querySelectorAll(".omx-scene, .piece > img")].map((c) => [c, rect(c)]);
+    const images = [...slide.querySelectorAll(".omx-scene, img:not(.omx-scene img)")].map((c) => [c, rect(c)]);
     const lines = seen.filter((c) => c.matches("p, li, pre, td, h1, h2, h3") && !c.closest(".omx-controls"));
     const beside = (a, b) => a.right < b.left + 3 || b.right < a.left + 3;
     const apart = (a, b) => beside(a, b) || a.bottom < b.top + 3 || b.bottom < a.top + 3;

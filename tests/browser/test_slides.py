@@ -41,6 +41,8 @@ def test_a_deck_passes_the_check_and_stays_at_home(look, name):
     assert len(seen) > 5
     assert list(slide_lint.problems(name, seen)) == []
     assert all(slide["notes"] for slide in seen)
+    look.page.set_viewport_size({"width": 1024, "height": 768})  # a beamer of 4 to 3
+    assert [slide["title"] for slide in slide_lint.measure(look.page) if slide["right"] > 1 or slide["below"] > 1] == []
     assert look.page.locator(".notes .clock", has_text="NaN").count() == 0
     assert look.page.locator("mjx-merror").count() == 0
     assert look.page.locator("img:not([alt])").count() == 0
@@ -53,7 +55,7 @@ WRONG = {
     "more than 75 words": "paragraph.append(' word'.repeat(80))",
     "type under 18 px": "paragraph.style.fontSize = '17px'",
     "only a heading": "for (const node of slide.querySelectorAll('.piece > :not(h2)')) node.remove()",
-    "words under a picture": "const box = new Image(900, 500); box.style = 'position: absolute; top: 0'; paragraph.after(box)",
+    "words under a picture": "const box = new Image(900, 500); box.style.position = 'absolute'; slide.prepend(box)",
 }
 
 
