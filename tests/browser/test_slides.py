@@ -35,7 +35,7 @@ def start(look, name):
 
 @pytest.mark.parametrize("name", CHAPTERS)
 def test_a_deck_passes_the_check_and_stays_at_home(look, name):
-    look.page.add_init_script(slide_lint.NO_SCENES)
+    look.page.add_init_script(handout.NO_SCENES)
     start(look, name)
     seen = slide_lint.measure(look.page)
     assert len(seen) > 5
@@ -61,7 +61,7 @@ WRONG = {
 
 @pytest.mark.parametrize("fault", WRONG)
 def test_the_check_names_each_fault(look, fault):
-    look.page.add_init_script(slide_lint.NO_SCENES)
+    look.page.add_init_script(handout.NO_SCENES)
     start(look, "10-other-arms")
     change = f"const slide = Reveal.getSlides()[2], paragraph = slide.querySelector('p'); {WRONG[fault]}"
     look.page.evaluate(f"() => {{ {change} }}")
@@ -69,7 +69,7 @@ def test_the_check_names_each_fault(look, fault):
 
 
 def test_code_without_its_sentence_is_a_fault(look):
-    look.page.add_init_script(slide_lint.NO_SCENES)
+    look.page.add_init_script(handout.NO_SCENES)
     start(look, "10-other-arms")
     look.page.evaluate("""() => {
       const slide = document.querySelector(".code").closest("section");
