@@ -3,6 +3,7 @@
 A rule takes the cells of a chapter and yields (cell number from 1, what is wrong); 0 means the whole chapter.
 """
 
+import itertools
 import re
 import sys
 from pathlib import Path
@@ -15,6 +16,7 @@ from book.chapters.cells import (
     default_slide_type,
     headings,
     is_code,
+    is_note,
     prose,
     slide_type,
     source,
@@ -87,6 +89,18 @@ def slides(cells):
         for level, title in headings(cell):
             if level in (2, 3) and kind != default_slide_type(cell):
                 yield number, f"begins {title!r} (H{level}): its slide type follows from that; remove {kind!r}"
+
+
+def wrong_answers_are_expected(cells):
+    """Below a Predict the speaker reads which wrong answer to expect, before the cell that shows the right one."""
+    for number, cell in enumerate(cells, 1):
+        if "predict" in tags(cell):
+            notes = itertools.takewhile(lambda below: is_code(below) or is_note(below), cells[number:])
+            if not any(is_note(note) and "**Expect**" in source(note) for note in notes):
+                yield (
+                    number,
+                    "is a Predict without a note for the speaker below it: '*For the speaker.* **Expect** ...'",
+                )
 
 
 def prose_first(cells):
@@ -224,6 +238,7 @@ RULES = (
     stored_outputs,
     the_student_works,
     numbers_are_backed,
+    wrong_answers_are_expected,
 )
 START = "00"  # the first chapter shows around; it has no chapters before it and no derivation
 NOT_FOR_START = (closing_sections, used_tags, the_student_works)

@@ -20,6 +20,7 @@ SKELETON = (
     ("code", 'tip = omx.pose(omx.HOME)\nprint(f"x = {{tip.x:.1f}} mm, z = {{tip.z:.1f}} mm")\nassert tip.x > 0', ()),
     ("markdown", "«Read the number back, with its unit.»", ()),
     ("markdown", "**Predict.** «A question before a surprise.»", ("predict",)),
+    ("notes", "*For the speaker.* **Expect** «the wrong answer that most will give, and what to ask then».", ()),
     ("markdown", "**Play.** «What to try, and what to look for.»", ("play",)),
     ("code", "View()", ("play",)),
     ("markdown", "## On the arm\n\n«The same on the virtual arm, or on yours.»", ("on-the-arm",)),
@@ -46,6 +47,8 @@ def new(name):
 
 
 def cell(kind, text, tags):
+    if kind == "notes":
+        return {"cell_type": "markdown", "source": text, "metadata": {"slideshow": {"slide_type": "notes"}}}
     made = {"cell_type": kind, "source": text, "metadata": {"tags": list(tags)} if tags else {}}
     return made | ({"outputs": [], "execution_count": None} if kind == "code" else {})
 

@@ -14,6 +14,7 @@ from book.chapters import cells, lint_code
 from book.publish import markup
 
 HIDDEN = ("remove-cell", "solution", "check")
+FOR_THE_SPEAKER = re.compile(r"^\*For the speaker[.:]\*\s*")
 EXERCISE = re.compile(r"### Exercise (\d+\.\d+) · (.+)")
 EFFORT = re.compile(r"\*Difficulty (\d) of 5, about (\d+) minutes\b")
 
@@ -66,6 +67,9 @@ def grouped(notebook):
     for cell in itertools.chain.from_iterable(map(before_and_below, notebook["cells"])):
         kind = cells.slide_type(cell)
         in_exercises = "exercise" in cells.tags(cell) or (in_exercises and kind != "slide")
+        if cells.is_note(cell) and out:
+            out[-1][-1].append(cell)
+            continue
         if in_exercises or kind == "skip" or any(tag in HIDDEN for tag in cells.tags(cell)) or imports(cell):
             continue
         if kind == "slide" or not out:
@@ -119,7 +123,9 @@ def slide(cells_of_one):
     for cell in cells_of_one:
         kind = cells.slide_type(cell)
         if cells.is_note(cell):
-            (made.units[-1] if made.units else made.unit()).notes.append(markup.prose(cells.source(cell)))
+            (made.units[-1] if made.units else made.unit()).notes.append(
+                markup.prose(FOR_THE_SPEAKER.sub("", cells.source(cell)))
+            )
         elif cells.is_code(cell):
             add_code(made, cell, kind)
         else:

@@ -31,6 +31,9 @@ PRINTS = {"": "slides", "-four": "four", "-notes": "notes"}
 #: What the browser adds of its own, the time and its name; words of the same length in their place keep the file whole.
 TIME, BROWSER = re.compile(rb"(?<=Date \(D:)\d{14}(?=[+-])"), re.compile(rb"(?<=/Creator \()(?:\\.|[^()\\])*(?=\))")
 
+#: Scenes keep their room and are not loaded.
+NO_SCENES = "window.IntersectionObserver = class { observe() {} unobserve() {} disconnect() {} };"
+
 #: Shows each scene in turn, far too large for no screen, and keeps the picture that it sends back.
 CAPTURE = """async () => {
   const pictures = [];
@@ -105,15 +108,13 @@ def print_one(running, deck):
     """Take the pictures of a deck's scenes, then print the deck with them."""
     page = running.new_page(viewport={"width": 1280, "height": 720})
     page.set_default_timeout(PATIENCE_MS)
+    page.add_init_script(NO_SCENES)
     try:
-        page.goto(deck.as_uri())
+        page.goto(deck.as_uri() + "?print=slides")
         page.wait_for_selector("body[data-ready]")
         pictures = page.evaluate(CAPTURE)
-        page.add_init_script(f"window.OMX_PICTURES = {pictures!r};")
         for target, layout in zip(prints(deck), PRINTS.values(), strict=True):
-            page.goto(f"{deck.as_uri()}?print={layout}")
-            page.wait_for_selector("body[data-ready]")
-            page.wait_for_timeout(300)
+            page.evaluate("([layout, pictures]) => omxLay(layout, pictures)", [layout, pictures])
             data = page.pdf(prefer_css_page_size=True, print_background=True, tagged=True, outline=True)
             target.write_bytes(unstamped(data))
     finally:

@@ -17,6 +17,7 @@ from book.chapters.cells import text_of
 from book.publish import pages, screen
 
 MOST_LINES = 20
+EQUALS = re.compile(r"(?<=\\right\]) = (?=\\left\[)")
 INLINE = re.compile(r"(\\\((?:(?!\\\)).)*\\\))([.,;:!?)\u201d\"]+)", re.DOTALL)
 SHOWN = re.compile("omx-scene|omx-panel")
 FORMULA = '<div class="formula">'
@@ -30,7 +31,7 @@ def rendered(cell):
     if "hide-output" not in cells.tags(cell):
         pieces = [piece for output in cell.get("outputs", []) for piece in result(output)]
         for are_formulas, group in groupby(pieces, lambda piece: piece.startswith('<div class="formula')):
-            together = "".join(group)
+            together = "".join(map(parted, group))
             yield f'<div class="formulas">{together}</div>' if are_formulas else together
 
 
@@ -98,14 +99,17 @@ def rich(data, metadata):
 
 
 def formula(latex):
-    """SymPy's `$\\displaystyle ...$` as a displayed formula; a matrix and its numbers may part at the equals sign."""
-    body = html.escape(re.sub(r"^\$+(\\displaystyle)?|\$+$", "", latex.strip()).strip())
-    first, *others = re.split(r"(?<=\\right\]) = (?=\\left\[)", body)
-    if not others:
-        return f'<div class="formula">\\[{body}\\]</div>'
-    sides = [first, *(f"{{}} = {other}" for other in others)]
-    inside = "".join(f"<div>\\[{side}\\]</div>" for side in sides)
-    return f'<div class="formula equation">{inside}</div>'
+    """SymPy's `$\\displaystyle ...$` as a displayed formula."""
+    body = re.sub(r"^\$+(\\displaystyle)?|\$+$", "", latex.strip()).strip()
+    return f'<div class="formula">\\[{html.escape(body)}\\]</div>'
+
+
+def parted(shown):
+    """A displayed formula in which a matrix and its numbers can part at the equals sign."""
+    body = shown.removeprefix('<div class="formula">\\[').removesuffix("\\]</div>")
+    first, *others = EQUALS.split(body) if shown.startswith('<div class="formula">') else [shown]
+    sides = "".join(f"<div>\\[{side}\\]</div>" for side in (first, *(f"{{}} = {other}" for other in others)))
+    return f'<div class="formula equation">{sides}</div>' if others else shown
 
 
 def prose(text):

@@ -15,6 +15,10 @@ WITHOUT_ROBOT = (
 )
 
 
+#: Where the links to a chapter's handouts go, if the site is built with them.
+HANDOUTS = "<!--handouts-->"
+
+
 def page(notebook, name, slides=True):
     """The notebook (parsed JSON, with outputs) as MyST-NB should see it; `name` is the chapter's file name."""
     notebook = copy.deepcopy(notebook)
@@ -70,7 +74,7 @@ def links(name, slides):
     """The row of buttons under a chapter's title."""
     source = f'<a class="omx-button" href="../_sources/notebooks/{name}.ipynb" download>Download this notebook</a>'
     deck = f'<a class="omx-button" href="../slides/{name}.html">Slides</a>' if slides else ""
-    return f'<p class="omx-links">{source} {deck}</p>'
+    return f'<p class="omx-links">{source} {deck} {HANDOUTS}<!--/--></p>'
 
 
 def markdown(text):

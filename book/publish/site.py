@@ -4,6 +4,7 @@ Chapters that changed are run, pages that changed are written.
 
     python -m book.publish.site                # build it
     python -m book.publish.site --fresh        # everything anew
+    python -m book.publish.site --no-pdf       # without the slides as PDF, which need Chromium or Chrome
     python -m book.publish.site --serve        # and show it at 127.0.0.1
 
 With --serve, Ctrl-C ends it.
@@ -18,7 +19,7 @@ import time
 from pathlib import Path
 
 from book.chapters import execute, runs
-from book.publish import notices, npm, slides, start
+from book.publish import handout, notices, npm, pages, slides, start
 from book.publish.shared import SHARED, share, update
 from book.setup.paths import BUILD, ROOT, Stop
 
@@ -26,11 +27,15 @@ SITE, DOCTREES = BUILD / "site", BUILD / "doctrees"
 ICON = re.compile(r'("?)([a-z0-9-]+)\1:\[\d+,\d+,\[[^\]]*\],"[0-9a-f]*",(?:"[^"]*"|\[[^\]]*\])\],?')
 EXERCISE = re.compile(r"Exercise \d+\.\d+")
 SEARCH = re.compile(r'<script src="[^"]*(?:searchtools|searchindex|language_data)\.js[^"]*"></script>\s*')
+HANDOUTS = re.compile(f"{pages.HANDOUTS}.*?<!--/-->")
 ICON_FONT = re.compile(r'@font-face\{[^}]*Font Awesome[^}]*\}|(?:\.fa-[a-z0-9-]+,?)+\{--fa:"[^}]*\}')
 
 
-def build(fresh=False):
-    """Build everything into build/site; the exit status. Raises `Stop`, or `execute.Failed` for a chapter."""
+def build(fresh=False, pdf=False):
+    """Build everything into build/site; the exit status. Raises `Stop`, or `execute.Failed` for a chapter.
+
+    `pdf`: with the slides' handouts, half a minute of a browser's time for each deck that changed.
+    """
     from sphinx.cmd.build import build_main
 
     if fresh:
@@ -42,7 +47,9 @@ def build(fresh=False):
     arguments = ["-b", "html", "-c", ROOT / "book", "-d", DOCTREES, "-W", "--keep-going", "-q", ROOT, SITE]
     status = build_main([str(a) for a in arguments])
     if status == 0:
-        slides.build(folder=SITE / "slides")
+        decks = slides.build(folder=SITE / "slides")
+        if pdf:
+            slides.print_handouts(decks, SITE / "slides")
         finish()
         notices.write(SITE, notices.SITE, [libraries / name for name in notices.NPM])
     return status
@@ -59,8 +66,8 @@ def finish(site=SITE):
     )
     for page in site.rglob("*.html"):
         if page.name != "search.html":  # the only page that searches
-            text = page.read_text(encoding="utf-8")
-            update(page, SEARCH.sub("", text).encode())
+            text = SEARCH.sub("", page.read_text(encoding="utf-8"))
+            update(page, HANDOUTS.sub(handouts(site / "slides" / page.name), text).encode())
     name_exercises(site / "searchindex.js")
     thin_icons(site)
     for path in site.rglob("*.map"):
@@ -75,6 +82,13 @@ def name_exercises(index):
         if short := EXERCISE.match(title):
             found["indexentries"][short[0].lower()] = [[*place, True] for place in places]
     update(index, f"{call}({json.dumps(found, separators=(',', ':'), sort_keys=True)})".encode())
+
+
+def handouts(deck):
+    """What stands on a chapter's page for the PDFs of its deck."""
+    links = slides.handouts(deck, "../slides/")
+    words = f"The slides as {' · '.join(links)}" if links else ""
+    return f'{pages.HANDOUTS}<span class="omx-handouts">{words}</span><!--/-->'
 
 
 def thin_icons(site):
@@ -96,11 +110,13 @@ def thin_icons(site):
 def main(argv=None):
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--fresh", action="store_true", help="build everything anew")
+    parser.add_argument("--no-pdf", action="store_true", help="without the slides as PDF")
     parser.add_argument("--serve", action="store_true", help="show the site at 127.0.0.1 when it is built")
     options = parser.parse_args(argv)
     began = time.perf_counter()
     try:
-        status = build(options.fresh)
+        printing = not options.no_pdf and handout.is_here()
+        status = build(options.fresh, printing)
     except (Stop, execute.Failed) as error:
         print(f"book: {error}", file=sys.stderr)
         return 1

@@ -36,10 +36,11 @@ MEASURE = """() => {
     const type = [...texts, ...formulas].map((c) => [parseFloat(getComputedStyle(c).fontSize), c]);
     const [smallest, culprit] = type.reduce((a, b) => (b[0] < a[0] ? b : a), [99, null]);
     const rect = (c) => c.getBoundingClientRect();
-    const images = [...slide.querySelectorAll(".omx-scene, .piece > img")].map((c) => [c, rect(c)]);
+    const images = [...slide.querySelectorAll(".omx-scene, img:not(.omx-scene img)")].map((c) => [c, rect(c)]);
     const lines = seen.filter((c) => c.matches("p, li, pre, td, h1, h2, h3") && !c.closest(".omx-controls"));
     const beside = (a, b) => a.right < b.left + 3 || b.right < a.left + 3;
     const apart = (a, b) => beside(a, b) || a.bottom < b.top + 3 || b.bottom < a.top + 3;
+    const things = [...slide.querySelectorAll("pre, mjx-container, img, .omx-scene, .omx-plot")];
     const clone = slide.cloneNode(true);
     for (const c of clone.querySelectorAll(skipped)) c.remove();
     const words = (node) => node.textContent.split(/[\\s\\u2009]+/).filter((w) => word.test(w)).length;
@@ -51,15 +52,12 @@ MEASURE = """() => {
       right: Math.max(0, ...edges.map((e) => (e.right - box.left) / scale - 1280)),
       covered: images.some(([c, place]) => lines.some((line) => !c.contains(line) && !apart(place, rect(line)))),
       cut: wide.length, words: all, smallest, culprit: culprit?.className || culprit?.tagName || "",
-      bare: !words(clone) && !slide.querySelector("pre, mjx-container, img, svg, table, .omx-scene, .omx-plot"),
+      bare: !words(clone) && !things.some((c) => !c.closest("aside, h1, h2, h3")),
       unsaid: !!slide.querySelector(".code") && !clone.querySelector("p, li, td"),
       notes: (slide.querySelector("aside.notes")?.textContent ?? "").split(/\\s+/).length - 1,
     };
   });
 }"""
-
-#: For measuring: scenes keep their room and are not loaded.
-NO_SCENES = "window.IntersectionObserver = class { observe() {} unobserve() {} disconnect() {} };"
 
 #: The faults of a slide, by what is said of it.
 FAULTS = {
@@ -98,7 +96,7 @@ def look(decks):
         for deck in decks:
             page = running.new_page(viewport={"width": 1280, "height": 720})
             page.set_default_timeout(handout.PATIENCE_MS)
-            page.add_init_script(NO_SCENES)
+            page.add_init_script(handout.NO_SCENES)
             page.goto(deck.as_uri())
             page.wait_for_selector("body[data-ready]")
             seen[deck.stem] = measure(page)

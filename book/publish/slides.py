@@ -1,8 +1,9 @@
-"""Build the slides: `python run.py slides` writes build/slides, a folder of decks, each with a PDF handout.
+"""Build the slides: `python run.py slides` writes build/slides, a folder of decks, each with its handouts.
 
     python -m book.publish.slides                       # every chapter
     python -m book.publish.slides notebooks/03-*.ipynb  # these
     python -m book.publish.slides --no-pdf              # decks only; the handouts need Chromium or Chrome
+    python -m book.publish.slides --check               # decks only, looked over as `slide_lint` does
 
 A deck opens from the folder by a double click and needs no network. Keys: arrows and space move, S opens the
 speaker's notes, F fills the screen, O shows all slides, B is black.
@@ -16,7 +17,7 @@ import time
 from pathlib import Path
 
 from book.chapters import cells, execute, runs
-from book.publish import deck, notices, npm, shared
+from book.publish import deck, handout, notices, npm, shared, slide_lint
 from book.setup.paths import ROOT, Stop
 
 SLIDES = ROOT / "build" / "slides"
@@ -62,29 +63,44 @@ def title(notebook):
 
 
 def write_list(folder):
-    """A page that lists the decks."""
-    rows = []
-    for path in runs.chapters():
-        if (folder / f"{path.stem}.html").exists():
-            handout = f' · <a href="{path.stem}.pdf">handout</a>' if (folder / f"{path.stem}.pdf").exists() else ""
-            rows.append(f'<li><a href="{path.stem}.html">{html.escape(title(runs.merged(path)))}</a>{handout}</li>')
+    """A page that lists the decks, with the time that each takes and what is printed of it."""
+    rows = [row(path, folder) for path in runs.chapters() if (folder / f"{path.stem}.html").exists()]
     page = (ROOT / "book/templates/decks.html").read_text(encoding="utf-8")
     shared.update(folder / "index.html", page.replace("{{rows}}", "\n".join(rows)).encode())
+
+
+def row(path, folder):
+    notebook, target = runs.merged(path), folder / f"{path.stem}.html"
+    links = [f'<a href="{target.name}">{html.escape(title(notebook))}</a>', f"{deck.minutes(notebook):.0f} min"]
+    return f"<li>{' · '.join(links + handouts(target))}</li>"
+
+
+def handouts(target, where=""):
+    """Links to the PDFs beside the deck `target`, where there are any; `where` leads to their folder."""
+    words = ("PDF", "four a page", "with notes")
+    printed = zip(handout.prints(target), words, strict=True)
+    return [f'<a href="{where}{path.name}">{word}</a>' for path, word in printed if path.exists()]
+
+
+def print_handouts(decks, folder):
+    """The PDFs of these decks, and a list that names them."""
+    handout.print_all(decks)
+    write_list(folder)
 
 
 def main(argv=None):
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("notebooks", nargs="*", type=Path, help="default: every chapter")
     parser.add_argument("--no-pdf", action="store_true", help="decks only, no handouts")
+    parser.add_argument("--check", action="store_true", help="decks only; is every slide fit to be shown?")
     options = parser.parse_args(argv)
     start = time.perf_counter()
     try:
         decks = build(options.notebooks)
+        if options.check:
+            return 1 if slide_lint.check(decks) else 0
         if not options.no_pdf:
-            from book.publish import handout
-
-            handout.print_all(decks)
-            write_list(SLIDES)
+            print_handouts(decks, SLIDES)
     except (Stop, execute.Failed) as error:
         print(f"slides: {error}", file=sys.stderr)
         return 1

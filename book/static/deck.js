@@ -10,19 +10,6 @@
   const LETTERS = 1.22; // a figure's letters have 14.7 px; so many times as large, the last row can read them
   const TEXT = "p, li, td, th, h1, h2, h3";
   const printing = new URLSearchParams(location.search).get("print");
-  const scenes = () => [...document.querySelectorAll(".omx-scene[data-scene]")];
-
-  // In print, WebGL leaves a blank: pictures taken before (OMX_PICTURES) stand in for the scenes.
-  if (printing && window.OMX_PICTURES) {
-    scenes().forEach((box, i) => {
-      const picture = document.createElement("img");
-      picture.src = window.OMX_PICTURES[i];
-      picture.alt = box.getAttribute("aria-label");
-      box.replaceChildren(picture);
-      box.removeAttribute("data-scene");
-    });
-    for (const button of document.querySelectorAll(".omx-poses")) button.remove();
-  }
 
   await MathJax.startup.promise;
   await MathJax.typesetPromise();
@@ -296,20 +283,28 @@
 
   // ---- on paper ------------------------------------------------------------------------------------------------
 
-  function lay(slides) {
-    const sheets = slides.map((slide, i) => {
-      const notes = slide.querySelector("aside.notes");
-      notes.remove();
-      const frame = element("div", "frame", element("div", "reveal", element("div", "slides", slide)));
-      const number = element("p", "number", `${i + 1} / ${slides.length}`);
-      return element("article", "sheet", element("div", "left", frame, number), ...(printing === "notes" ? [element("div", "said", ...notes.childNodes)] : []));
-    });
-    document.querySelector("link[href$='reveal.css']").remove();
-    document.documentElement.className = document.body.className = `on-paper print-${printing}`;
-    const page = { slides: `${WIDTH}px ${HEIGHT}px; margin: 0`, four: "A4 landscape; margin: 11mm", notes: "A4; margin: 14mm" }[printing];
-    document.head.append(element("style", "", `@page { size: ${page}; }`));
-    document.querySelector("main").replaceChildren(...sheets);
-    document.querySelector("main").className = "sheets";
+  // The printer (handout.py) asks for each layout in turn; WebGL leaves a blank in print, so pictures stand in for scenes.
+  function onPaper(slides) {
+    const said = slides.map((slide) => slide.querySelector("aside.notes"));
+    const page = element("style", ""), main = document.querySelector("main");
+    const sizes = { slides: `${WIDTH}px ${HEIGHT}px; margin: 0`, four: "A4 landscape; margin: 11mm", notes: "A4; margin: 14mm" };
+    for (const node of [...said, document.querySelector("link[href$='reveal.css']"), ...document.querySelectorAll(".omx-poses")]) node.remove();
+    document.head.append(page);
+    main.className = "sheets";
+    window.omxLay = (layout, pictures = []) => {
+      document.querySelectorAll(".omx-scene[data-scene]").forEach((box, i) => {
+        if (pictures[i]) box.replaceChildren(Object.assign(new Image(), { src: pictures[i], alt: box.getAttribute("aria-label") }));
+      });
+      document.documentElement.className = document.body.className = `on-paper print-${layout}`;
+      page.textContent = `@page { size: ${sizes[layout]}; }`;
+      main.replaceChildren(...slides.map((slide, i) => {
+        const frame = element("div", "frame", element("div", "reveal", element("div", "slides", slide)));
+        const left = element("div", "left", frame, element("p", "number", `${i + 1} / ${slides.length}`));
+        return element("article", "sheet", left, ...(layout === "notes" ? [element("div", "said", ...copyOf(said[i]))] : []));
+      }));
+      return Promise.all([...document.images].map((image) => image.decode().catch(() => {})));
+    };
+    return omxLay(printing);
   }
 
   // ---- keys ----------------------------------------------------------------------------------------------------
@@ -339,7 +334,7 @@
   }
   tellNotes(leaves());
   document.body.classList.remove("measuring");
-  if (printing) lay(leaves());
+  if (printing) await onPaper(leaves());
   else {
     keepKeys();
     await Reveal.initialize({

@@ -1,40 +1,20 @@
-"""Decks in a browser: nothing overflows at 16:9, nothing is too small for the last row, every scene shows something."""
+"""Decks in a browser: every slide passes the check, keys stay the speaker's, and handouts have the slides' numbers."""
 
+import re
 import subprocess
 import sys
 
 import pytest
 
-from book.publish import handout, site, slides
+from book.publish import handout, site, slide_lint, slides
 from tests.browser.weblook import is_blank, picture, served
 
 CHAPTERS = sorted(path.stem for path in site.ROOT.glob("notebooks/*.ipynb"))
-
-#: Every slide's overflow in px (below, right), its smallest type in px (and of code), and whether it had to shrink.
-MEASURE = """() => Reveal.getSlides().map((slide) => {
-  Reveal.slide(...Object.values(Reveal.getIndices(slide)).slice(0, 2));
-  const parts = [...slide.children].filter((c) => !c.matches("aside") && c.offsetHeight);
-  const bottom = Math.max(0, ...parts.map((c) => c.offsetTop + c.offsetHeight));
-  const blocks = [...slide.querySelectorAll("pre, table, .formula, p, img")];
-  const wide = blocks.filter((c) => c.scrollWidth > c.clientWidth + 3);
-  const type = [...slide.querySelectorAll("p, li")].filter((c) => !c.closest(".omx-panel, .again"));
-  return {
-    title: slide.innerText.slice(0, 60),
-    below: bottom - 720,
-    wide: wide.filter((c) => c.offsetLeft + c.scrollWidth > 1280).length,
-    type: Math.min(...type.map((c) => parseFloat(getComputedStyle(c).fontSize)), 99),
-    code: Math.min(...[...slide.querySelectorAll("pre")].map((c) => parseFloat(getComputedStyle(c).fontSize)), 99),
-    shrunk: slide.dataset.small || "",
-  };
-})"""
-
-
-#: For measuring: scenes keep their room and are not loaded.
-NO_SCENES = "window.IntersectionObserver = class { observe() {} unobserve() {} disconnect() {} };"
 SHOW = """(box) => {
   const { h, v } = Reveal.getIndices(box.closest("section"));
   Reveal.slide(h, v, 99);
 }"""
+WHERE = "JSON.stringify(Reveal.getIndices())"
 
 
 @pytest.fixture(scope="module")
@@ -54,16 +34,50 @@ def start(look, name):
 
 
 @pytest.mark.parametrize("name", CHAPTERS)
-def test_a_deck_fits_is_readable_and_stays_at_home(look, name):
-    look.page.add_init_script(NO_SCENES)
+def test_a_deck_passes_the_check_and_stays_at_home(look, name):
+    look.page.add_init_script(handout.NO_SCENES)
     start(look, name)
-    seen = look.page.evaluate(MEASURE)
+    seen = slide_lint.measure(look.page)
     assert len(seen) > 5
-    assert [slide for slide in seen if slide["below"] > 0 or slide["wide"]] == []
-    assert [slide for slide in seen if slide["type"] < 18 or slide["code"] < 14 or slide["shrunk"]] == []
+    assert list(slide_lint.problems(name, seen)) == []
+    assert all(slide["notes"] for slide in seen)
+    look.page.set_viewport_size({"width": 1024, "height": 768})  # a beamer of 4 to 3
+    assert [slide["title"] for slide in slide_lint.measure(look.page) if slide["right"] > 1 or slide["below"] > 1] == []
+    assert look.page.locator(".notes .clock", has_text="NaN").count() == 0
     assert look.page.locator("mjx-merror").count() == 0
     assert look.page.locator("img:not([alt])").count() == 0
     assert look.problems == []
+
+
+#: What a slide may do wrong, by the fault that the check must name.
+WRONG = {
+    "leaves the slide": "paragraph.style.marginTop = '900px'",
+    "more than 75 words": "paragraph.append(' word'.repeat(80))",
+    "type under 18 px": "paragraph.style.fontSize = '17px'",
+    "only a heading": "for (const node of slide.querySelectorAll('.piece > :not(h2)')) node.remove()",
+    "words under a picture": "const box = new Image(900, 500); box.style.position = 'absolute'; slide.prepend(box)",
+}
+
+
+@pytest.mark.parametrize("fault", WRONG)
+def test_the_check_names_each_fault(look, fault):
+    look.page.add_init_script(handout.NO_SCENES)
+    start(look, "10-other-arms")
+    change = f"const slide = Reveal.getSlides()[2], paragraph = slide.querySelector('p'); {WRONG[fault]}"
+    look.page.evaluate(f"() => {{ {change} }}")
+    assert fault in slide_lint.faults(slide_lint.measure(look.page)[2])
+
+
+def test_code_without_its_sentence_is_a_fault(look):
+    look.page.add_init_script(handout.NO_SCENES)
+    start(look, "10-other-arms")
+    look.page.evaluate("""() => {
+      const slide = document.querySelector(".code").closest("section");
+      slide.id = "bare";
+      for (const words of slide.querySelectorAll("p, li, td")) words.remove();
+    }""")
+    number = look.page.evaluate("Reveal.getSlides().findIndex((slide) => slide.id === 'bare')")
+    assert "code without a sentence" in slide_lint.faults(slide_lint.measure(look.page)[number])
 
 
 @pytest.mark.parametrize("name", CHAPTERS)
@@ -78,23 +92,76 @@ def test_the_first_scene_of_a_deck_is_live(look, name):
     assert look.problems == []
 
 
+def test_the_clicker_works_after_a_hand_on_a_slider_or_in_a_scene(look):
+    start(look, "02-frames-and-dh")
+    panel = look.page.locator(".omx-panel").first
+    panel.evaluate(SHOW)
+    here = look.page.evaluate(WHERE)
+    frame = look.scene(panel.locator(".omx-scene"))
+    slider = panel.locator("input").first
+    before, box = slider.input_value(), slider.bounding_box()
+    look.page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    look.page.mouse.down()
+    look.page.mouse.move(box["x"] + 10, box["y"] + box["height"] / 2)
+    look.page.mouse.up()
+    value = slider.input_value()
+    assert value != before
+    assert_keys_turn_pages(look.page, here)
+    panel.evaluate(SHOW)
+    frame.locator("canvas").first.click(position={"x": 40, "y": 40})
+    assert look.page.evaluate("document.activeElement.tagName") == "IFRAME"
+    assert_keys_turn_pages(look.page, here)
+    slider.focus()  # by Tab: arrows are the slider's, the clicker's keys are not
+    slider.press("ArrowRight")
+    assert int(slider.input_value()) == int(value) + 1
+    assert look.page.evaluate(WHERE) == here
+    slider.press("PageDown")
+    assert look.page.evaluate(WHERE) != here
+
+
+def assert_keys_turn_pages(page, here):
+    for there, back in (("PageDown", "PageUp"), ("ArrowRight", "ArrowLeft"), ("n", "p")):
+        page.keyboard.press(there)
+        page.wait_for_function(f"(here) => {WHERE} !== here", arg=here, timeout=5000)
+        page.keyboard.press(back)
+        page.wait_for_function(f"(here) => {WHERE} === here", arg=here, timeout=5000)
+
+
 def test_notes_and_fragments_work(look):
     start(look, "03-forward-kinematics")
-    assert look.page.locator("aside.notes").count() > 0
+    assert re.fullmatch(
+        r"Slide 1 of \d+: .*, from minute 0 of \d+\.", look.page.locator(".notes .clock").first.text_content()
+    )
+    assert look.page.locator(".notes .say").count() > 10
     hidden = look.page.locator(".fragment:not(.visible)").count()
     assert hidden > 3
     look.page.evaluate("Reveal.nextFragment() || (Reveal.next(), Reveal.nextFragment())")
     assert look.page.evaluate("typeof Reveal.getPlugin('notes').open") == "function"
 
 
-def test_a_handout_is_printed_with_pictures_of_the_scenes(built_site, tmp_path):
+def test_handouts_have_the_slides_numbers_tags_and_pictures_of_the_scenes(built_site, tmp_path, look):
     folder = tmp_path / "slides"
     slides.build([site.ROOT / "notebooks" / "03-forward-kinematics.ipynb"], folder)
     deck = folder / "03-forward-kinematics.html"
     program = f"from book.publish import handout; from pathlib import Path; handout.print_all([Path({str(deck)!r})])"
     subprocess.run([sys.executable, "-c", program], cwd=site.ROOT, check=True, timeout=300)  # one Playwright a process
-    data = deck.with_suffix(".pdf").read_bytes()
-    assert data.startswith(b"%PDF")
-    assert data.count(b"/Type /Page\n") + data.count(b"/Type /Page ") + data.count(b"/Type/Page") >= 10
-    assert data.count(b"/Subtype /Image") + data.count(b"/Subtype/Image") >= 1
+    start(look, "03-forward-kinematics")
+    count = look.page.evaluate("Reveal.getTotalSlides()")
+    one, four, notes = (path.read_bytes() for path in handout.prints(deck))
+    assert pages(one) == count
+    assert pages(four) == -(-count // 4)
+    assert count / 4 < pages(notes) < count / 2
+    for data in (one, four, notes):
+        assert data.startswith(b"%PDF")
+        assert b"/MarkInfo" in data
+        assert b"/StructTreeRoot" in data
+        assert b"Headless" not in data
+        assert data.count(b"/Subtype /Image") >= 1
     assert handout.is_current(deck)
+    (link,) = [line for line in slides.handouts(deck) if "notes" in line]
+    assert link == '<a href="03-forward-kinematics-notes.pdf">with notes</a>'
+
+
+def pages(pdf):
+    """How many pages a PDF of Chromium's has."""
+    return len(re.findall(rb"/Type /Page\b(?!s)", pdf))
