@@ -398,8 +398,8 @@ def test_others_have_the_same_answers(peer, name, inverses, tmp_path):
     theirs, ours = np.load(f"{tmp_path / 'asked.npz'}.out.npz")["q"], inverses(arm).batch(T).q
     only_ours, theirs_too = gaps(arm, ours, theirs), gaps(arm, theirs, ours)
     near = 1e-4 if peer == "toolbox" else SAME  # what it has under a square root it has with half of all digits
-    print(f"{name}, {peer}: {len(only_ours)} answers of ours, {len(theirs_too)} of theirs, {(only_ours > near).sum()} of "
-          f"ours are not among theirs, worst {theirs_too.max():.1e}")  # fmt: skip
+    counts = f"{len(only_ours)} answers of ours, {len(theirs_too)} of theirs, which lack {(only_ours > near).sum()}"
+    print(f"{name}, {peer}: {counts}; worst {theirs_too.max():.1e}")
     assert theirs_too.max() < near
     if peer != "toolbox":  # it loses some, where two answers are near to one another
         assert only_ours.max() < near
