@@ -56,7 +56,8 @@ _LATER = {
     **dict.fromkeys(("Robot", "find_ports"), "omx.hardware.robot"),
     **dict.fromkeys(("Camera", "RowView", "View"), "omx.display.viewer"),
     **dict.fromkeys(
-        ("JointPanel", "LiveFigure", "PosePanel", "RobotPanel", "RowPanel", "TeachPanel"), "omx.display.panels"
+        ("HandPanel", "JointPanel", "LiveFigure", "PosePanel", "RobotPanel", "RowPanel", "TeachPanel"),
+        "omx.display.panels",
     ),
     **dict.fromkeys(("panels", "plots", "viewer"), "omx.display"),
     **dict.fromkeys(("accuracy", "compiled", "same_robot", "workspace"), "omx.analysis"),
@@ -67,6 +68,7 @@ _LATER = {
 __all__ = [
     "COURSE", "HOME", "LIMITS", "MAKER", "ZERO",
     "BadInput", "BusCorrupt", "BusError", "BusTimeout", "Camera", "Chain", "Collision", "DHRow", "Geometry",
+    "HandPanel",
     "IKSolution", "JointLimit", "JointPanel", "LiveFigure", "LogError", "NotArrived", "NotDecided", "NotEqual",
     "NotIdentifiable", "NotReady", "ObjectLost", "OmxError", "OutOfBounds", "PathBlocked", "PortBusy", "PortError",
     "PortLost", "Pose", "PosePanel", "Robot", "RobotPanel", "RowPanel", "RowView", "ServoFault", "ServoLost",

@@ -396,8 +396,10 @@ def test_others_have_the_same_answers(peer, name, inverses, tmp_path):
     command = [python, "-m", "tests.helpers.six_joint_peers", peer, tmp_path / "asked.npz"]
     subprocess.run(command, cwd=ROOT, check=True, timeout=36_000)
     theirs, ours = np.load(f"{tmp_path / 'asked.npz'}.out.npz")["q"], inverses(arm).batch(T).q
-    extra, lost = gaps(arm, ours, theirs), gaps(arm, theirs, ours)
-    print(f"{name}, {peer}: {len(extra)} answers of ours, {len(lost)} of theirs, worst {lost.max():.1e}")
-    assert lost.max() < SAME
-    if peer != "toolbox":  # it drops some of its own, near places where two answers become one
-        assert extra.max() < SAME
+    only_ours, theirs_too = gaps(arm, ours, theirs), gaps(arm, theirs, ours)
+    near = 1e-4 if peer == "toolbox" else SAME  # what it has under a square root it has with half of all digits
+    counts = f"{len(only_ours)} answers of ours, {len(theirs_too)} of theirs, which lack {(only_ours > near).sum()}"
+    print(f"{name}, {peer}: {counts}; worst {theirs_too.max():.1e}")
+    assert theirs_too.max() < near
+    if peer != "toolbox":  # it loses some, where two answers are near to one another
+        assert only_ours.max() < near

@@ -1,13 +1,15 @@
-"""Sliders beside the 3-D arm: joint angles, the pose with its four IK branches, a DH row, a robot, a robot taught.
+"""Sliders beside the 3-D arm: joint angles, the pose with its four IK branches, the hand of a six-joint arm with its
+eight, a DH row, a robot, a robot taught.
 
 And sliders under a figure that is computed where it is seen.
 """
 
 from .dh_row_panel import RowPanel
+from .hand_panel import HandPanel
 from .joint_panel import JointPanel
 from .live_figure import LiveFigure
 from .pose_panel import PosePanel
 from .robot_panel import RobotPanel
 from .teach_panel import TeachPanel
 
-__all__ = ["JointPanel", "LiveFigure", "PosePanel", "RobotPanel", "RowPanel", "TeachPanel"]
+__all__ = ["HandPanel", "JointPanel", "LiveFigure", "PosePanel", "RobotPanel", "RowPanel", "TeachPanel"]

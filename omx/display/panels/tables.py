@@ -44,7 +44,9 @@ def branch_table(solutions, colours, chosen) -> str:
     for solution, colour in zip(solutions, colours, strict=False):
         dot = f'<span style="color:{colour}">&#9679;</span>'
         weight = "bold" if chosen is not None and solution.branch == chosen.branch else "normal"
-        angles = "" if solution.q is None else ", ".join(number(math.degrees(v), 1) for v in solution.q)
+        slides = getattr(solution, "prismatic", None) or (False,) * 4
+        values = zip(solution.q or (), slides, strict=False)
+        angles = ", ".join(number(v if slid else math.degrees(v), 1) for v, slid in values)
         rows.append(
             f'<tr style="font-weight:{weight}"><td>{dot}</td><td style="{_WORDS}" title="{BEND}">{solution.branch}</td>'
             f'<td style="{_CELL}">{angles}</td><td style="padding:1px 7px">{html.escape(verdict(solution))}</td></tr>'
