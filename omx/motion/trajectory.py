@@ -203,15 +203,9 @@ def line(
         limits: one (low, high) in rad a joint.
         max_speed: the fastest that a joint may turn (rad/s).
     """
-    q0 = np.array(as_four(start, "start", JOINT_ANGLES))
     limits = limits if limits is LIMITS else as_limits(limits, 4)
     max_speed = as_number(max_speed, "max_speed", "a speed in rad/s", TINY, inf)
-    outside = limit_violations(q0, limits)
-    if outside:
-        raise JointLimit(outside, clipped(q0, limits), "the line starts outside the limits")
-    first = np.array(kinematics.pose(q0, geometry))
-    way = np.array(as_four(pose, "pose", TASK_POSE)) - first
-    way[3] = wrap(way[3])
+    q0, first, way = _straight_way(start, pose, geometry, limits)
     seconds, t, (s, ds, _) = _timeline(seconds, scaling, rate)
     poses = first + np.outer(s, way)
     qd = np.empty_like(poses)
@@ -222,6 +216,18 @@ def line(
     q = solve_along(poses, q0, geometry, limits, s, look)
     qdd = np.gradient(qd, t, axis=0, edge_order=2) if len(t) > 2 else np.zeros_like(qd)
     return Trajectory(t, q, qd, qdd)
+
+
+def _straight_way(start, pose, geometry, limits):
+    """`start`, the pose there, and what leads from it to `pose`, arrays (4,); the pitch goes the short way round."""
+    q0 = np.array(as_four(start, "start", JOINT_ANGLES))
+    outside = limit_violations(q0, limits)
+    if outside:
+        raise JointLimit(outside, clipped(q0, limits), "the line starts outside the limits")
+    first = np.array(kinematics.pose(q0, geometry))
+    way = np.array(as_four(pose, "pose", TASK_POSE)) - first
+    way[3] = wrap(way[3])
+    return q0, first, way
 
 
 def solve_along(poses, start, geometry: Geometry, limits, shares, look=lambda i, here: None) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import omx
-from omx.generated import fk, ik, jacobian
+from omx.generated import fk, gravity, ik, jacobian
 from tests.helpers import oracles
 
 GEOMETRIES = {"course": oracles.COURSE, "maker": omx.MAKER.values}
@@ -158,7 +158,7 @@ def test_an_ik_solution_stands_for_its_angles():
 
 
 def scalar_functions():
-    for module in (fk, ik, jacobian):
+    for module in (fk, ik, jacobian, gravity):
         for name, function in inspect.getmembers(module, inspect.isfunction):
             if function.__module__ == module.__name__ and not name.endswith("_batch") and name != "dh_rows":
                 yield pytest.param(function, id=f"{module.__name__.split('.')[-1]}.{name}")

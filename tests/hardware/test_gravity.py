@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import omx
+from omx.generated import gravity as generated
 from omx.hardware import gravity
 
 angles = st.tuples(*[st.floats(-3, 3)] * 3)
@@ -41,6 +42,12 @@ def test_torque_is_minus_the_gradient_of_the_energy(q):
         up[i] += step
         down[i] -= step
         assert torque == pytest.approx(-(energy(*up) - energy(*down)) / (2 * step), abs=1e-7)
+
+
+def test_columns_and_single_configurations_have_the_same_torques():
+    q = np.random.default_rng(5).uniform(-3, 3, (50, 3))
+    columns = np.array(generated.torques_batch(*q.T, 0.2, *gravity.ARM)).T / 1000
+    np.testing.assert_allclose(columns, [gravity.torques(*row, 0.2) for row in q.tolist()], atol=1e-12)
 
 
 def test_a_stretched_arm_pulls_down_with_about_half_a_newton_metre():
