@@ -14,8 +14,9 @@ import numpy as np
 from .arrays import HUGE, as_rows, fill, shown
 from .errors import BadInput, JointLimit, Violation
 
-#: A constant angle or a limit beyond this (rad), a little over one turn, was meant in degrees.
-MOST_ANGLE = 6.3
+#: A constant angle or a limit beyond this (rad), a little over one turn, was meant in degrees. Limits to a little over
+#: two turns are real, though, for the wrists of factory arms: only whole numbers are suspected there.
+MOST_ANGLE, MOST_LIMIT = 6.3, 12.6
 
 
 @dataclass(frozen=True, slots=True)
@@ -306,8 +307,9 @@ def as_limits(limits, joints: int, prismatic: Sequence[bool] = ()) -> tuple[tupl
     for i, ((low, high), slides) in enumerate(zip(pairs, prismatic or repeat(False), strict=False)):
         if not low <= high or low == inf or high == -inf:
             raise BadInput(f"{wanted}; `limits`[{i}] is ({low}, {high}).")
-        beyond = max((abs(limit) for limit in (low, high) if isfinite(limit)), default=0.0)
-        if not slides and beyond > MOST_ANGLE:
+        ends = [abs(limit) for limit in (low, high) if isfinite(limit)]
+        suspected = MOST_ANGLE if all(end.is_integer() for end in ends) else MOST_LIMIT
+        if not slides and max(ends, default=0.0) > suspected:
             raise BadInput(
                 f"`limits`[{i}] is ({low:g}, {high:g}) rad, more than a turn: degrees? Use numpy.radians; a joint "
                 "without a limit has (-inf, inf)."

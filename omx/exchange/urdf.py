@@ -9,6 +9,7 @@ A file is in metres, everything here is in mm; angles are rad in both. Chains co
 
 import os
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from math import inf, isfinite
@@ -318,7 +319,7 @@ def _three(value: str, what: str) -> np.ndarray:
 
 def _names(elements, what: str) -> list[str]:
     names = [element.get("name") or "" for element in elements]
-    twice = sorted({name for name in names if names.count(name) > 1 or not name})
+    twice = sorted(name for name, count in Counter(names).items() if count > 1 or not name)
     if twice:
         raise BadInput(f"the file's {what} must have different names; {twice[0]!r} is none, or stands there twice.")
     return names
@@ -326,19 +327,20 @@ def _names(elements, what: str) -> list[str]:
 
 def _way(joints, links: list[str], base: str | None, tip: str | None) -> list:
     """The elements of the joints from `base` to `tip`, in order."""
-    ends = [_end(joint, "parent", links) for joint in joints], [_end(joint, "child", links) for joint in joints]
+    known = set(links)
+    ends = [_end(joint, "parent", known) for joint in joints], [_end(joint, "child", known) for joint in joints]
     into = {child: (parent, joint) for parent, child, joint in zip(*ends, joints, strict=True)}
     if len(into) < len(joints):
         raise BadInput("a link of the file hangs on two joints: only chains without loops have a DH table.")
     roots = [link for link in links if link not in into]
     for name, value in (("base", base), ("tip", tip)):
-        if value is not None and value not in links:
+        if value is not None and value not in known:
             raise BadInput(f"`{name}` must be a link of the file, one of {', '.join(links[:20])}; got {shown(value)}.")
     if base is None and len(roots) != 1:
         raise BadInput(f"the file has {len(roots)} first links ({', '.join(roots[:5])}): give `base`.")
     base = roots[0] if base is None else base
     if tip is None:
-        tip = _only_tip(list(zip(*ends, strict=True)), base)
+        tip = _only_tip(into, base)
     way: list = []
     link = tip
     while link != base:
@@ -349,7 +351,7 @@ def _way(joints, links: list[str], base: str | None, tip: str | None) -> list:
     return way[::-1]
 
 
-def _end(joint, tag: str, links: list[str]) -> str:
+def _end(joint, tag: str, links: set[str]) -> str:
     found = joint.find(tag)
     link = None if found is None else found.get("link")
     if link not in links:
@@ -357,14 +359,30 @@ def _end(joint, tag: str, links: list[str]) -> str:
     return link
 
 
-def _only_tip(ends: list[tuple[str, str]], base: str) -> str:
-    """The last link of the only way from `base`; `BadInput` where it branches."""
-    link, steps = base, 0
-    while ahead := [child for parent, child in ends if parent == link]:
-        steps += 1
-        if len(ahead) > 1 or steps > len(ends):
-            raise BadInput(f"the file branches at the link {link!r} ({', '.join(ahead)}): say which way, by `tip`.")
-        link = ahead[0]
+def _only_tip(into: dict, base: str) -> str:
+    """The last link of the only way from `base`; `BadInput` where it branches.
+
+    In front of the first moving joint, what leads to none is no way: many files have a second base there.
+    """
+    ahead: dict = {}
+    for child, (parent, _) in into.items():
+        ahead.setdefault(parent, []).append(child)
+    lead_on: set = set()
+    for child, (_, joint) in into.items():
+        link = child if joint.get("type") != "fixed" else base
+        while link != base and link in into and link not in lead_on:
+            lead_on.add(link)
+            link = into[link][0]
+    link, moved = base, False
+    for _ in into:
+        ways = ahead.get(link, [])
+        ways = ways if moved else [way for way in ways if way in lead_on] or ways
+        if len(ways) > 1:
+            raise BadInput(f"the file branches at the link {link!r} ({', '.join(ways)}): say which way, by `tip`.")
+        if not ways:
+            break
+        link = ways[0]
+        moved = moved or into[link][1].get("type") != "fixed"
     return link
 
 

@@ -240,6 +240,14 @@ def test_a_chain_without_limits_refuses_nothing():
     assert Chain([(0, 0, 1, 0)]).violations([1e6]) == ()
 
 
+def test_a_wrist_may_turn_more_than_once():
+    turns = np.radians([-400, 400])
+    assert Chain([(0, 0, 1, 0)], [turns]).limits == (tuple(turns),)
+    for degrees in ([-10, 10], [-22.5, 22.5], [-400.5, 0]):
+        with pytest.raises(BadInput, match="more than a turn: degrees"):
+            Chain([(0, 0, 1, 0)], [degrees])
+
+
 def test_limits_hold_to_the_slack_and_no_further():
     inside, outside = 1 + 0.5e-9, 1 + 2e-9
     assert limit_violations([inside], [(-1, 1)]) == ()

@@ -77,6 +77,26 @@ def test_the_makers_own_joints_are_omx_maker_in_their_frames():
         omx.urdf.parse(MAKER, tip="right")
 
 
+def test_a_second_base_is_no_way_to_go():
+    second = '<link name="base"/><joint name="also" type="fixed"><parent link="world"/><child link="base"/></joint>'
+    arm = MAKER[: MAKER.index('  <joint name="slide"')].replace('<link name="left"/><link name="right"/>', second)
+    assert omx.urdf.parse(arm + "</robot>").names == ("joint1", "joint2", "joint3", "joint4")
+    hand = (
+        '<link name="left"/><joint name="pad" type="fixed"><parent link="link5"/><child link="left"/></joint></robot>'
+    )
+    with pytest.raises(BadInput, match=r"branches at the link 'link5' \(tip, left\)"):
+        omx.urdf.parse(arm + hand)
+
+
+def test_ten_thousand_parts_are_no_burden():
+    links = "".join(f'<link name="l{i}"/>' for i in range(3001))
+    joints = "".join(
+        f'<joint name="j{i}" type="fixed"><parent link="l{i}"/><child link="l{i + 1}"/></joint>' for i in range(2200)
+    )
+    with pytest.raises(BadInput, match=r"has 801 first links|nothing moves"):
+        omx.urdf.parse(f"<robot>{links}{joints}</robot>")
+
+
 def some_robot(seed):
     """The text of a URDF with fixed and moving joints at any angle, and its transform by Rodrigues."""
     random, parts, steps = np.random.default_rng(seed), ['<robot name="some"><link name="l0"/>'], []
