@@ -29,7 +29,7 @@ def legs(
     x, y = as_rows(place, "place", 2, "x and y on the table in mm", many=False)
     z = as_number(z, "z", "a height in mm")
     high = max(as_number(above, "above", "a height in mm"), z + 16)
-    over = kinematics.solve_ik([x, y, high, -pi / 2], start, geometry).q
+    over = np.array(kinematics.solve_ik([x, y, high, -pi / 2], start, geometry).q)
     way = float(np.abs(np.subtract(over, start)).max())
     first = joint_move(start, over, max(0.6, TOP * way / (CAUTION * SPEED_CAP)), rate=40)
     down = line(over, [x, y, z, -pi / 2], STRAIGHT_S, rate=40, geometry=geometry)
