@@ -12,6 +12,6 @@ from .trajectory import Trajectory, cubic, joint_move, joint_path, joint_spline,
 
 __all__ = [
     "Allowed", "Path", "Trajectory", "controllable", "cubic", "fastest", "in_joints", "iterate", "joint_move",
-    "joint_path", "joint_spline", "joint_velocity", "legs", "line", "manipulability", "motor_torques", "quintic", "rounded",
-    "spline_path", "task_error", "task_jacobian", "torque_lines", "trapezoid",
+    "joint_path", "joint_spline", "joint_velocity", "legs", "line", "manipulability", "motor_torques", "quintic",
+    "rounded", "spline_path", "task_error", "task_jacobian", "torque_lines", "trapezoid",
 ]  # fmt: skip
