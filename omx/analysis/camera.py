@@ -10,7 +10,7 @@ from math import atan2, sqrt
 
 import numpy as np
 
-from ..arrays import as_number, as_rows
+from ..arrays import as_number, as_rows, shown
 from ..errors import BadInput, NotIdentifiable
 
 #: Nearer than this (mm) nothing is in focus, and a point behind the camera is in no picture.
@@ -98,6 +98,9 @@ def planar_pose(flat, pixels, K) -> np.ndarray:
     From the homography, then polished until the pixels fit best. Raises `BadInput`.
     """
     flat, pixels = as_rows(flat, "flat", 2, "points in their plane"), as_rows(pixels, "pixels", 2, "pixels")
+    K = as_rows(K, "K", 3, "a camera's matrix (3, 3)")
+    if K.shape != (3, 3) or abs(np.linalg.det(K)) < 1e-9:
+        raise BadInput(f"`K` must be a camera's matrix (3, 3), `camera.K`; got shape {K.shape}.")
     H = homography(flat, _rays(pixels, K)[..., :2])
     scale = sqrt(np.linalg.norm(H[:, 0]) * np.linalg.norm(H[:, 1]))
     H = H / np.copysign(scale, H[2, 2])  # the plane is in front of the camera
@@ -127,9 +130,11 @@ def hand_eye(T_base_tool, flat, pixels, camera: Pinhole) -> HandEye:
     tag in the hand, whose axes tell it, then the shifts, then everything together until the pixels fit best. Raises
     `NotIdentifiable` where the hand turned about parallel axes only.
     """
-    hands, pictures = np.asarray(T_base_tool, float), np.asarray(pixels, float)
+    hands, pictures = _poses(T_base_tool, "T_base_tool"), as_rows(pixels, "pixels", 2, "pictures (N, M, 2)")
+    if not isinstance(camera, Pinhole):
+        raise BadInput(f"`camera` must be a Pinhole with the camera's focal length; got {shown(camera)}.")
     flat = as_rows(flat, "flat", 2, "the tag's points in its plane, shape (M, 2)")
-    if hands.ndim != 3 or hands.shape[1:] != (4, 4) or pictures.shape != (len(hands), len(flat), 2):
+    if pictures.shape != (len(hands), len(flat), 2):
         raise BadInput(
             f"`pixels` must have one picture (M, 2) for each of the hands (N, 4, 4); got {pictures.shape} and "
             f"{hands.shape} with {len(flat)} points."
@@ -154,14 +159,16 @@ def hand_eye(T_base_tool, flat, pixels, camera: Pinhole) -> HandEye:
 
 def motions(T) -> np.ndarray:
     """How each of the poses `T` (N, 4, 4) is seen from every later one: inv(T_j) T_i, (N (N - 1) / 2, 4, 4)."""
-    T = np.asarray(T, float)
+    T = _poses(T, "T")
     i, j = np.triu_indices(len(T), 1)
     return np.linalg.inv(T[j]) @ T[i]
 
 
 def turn_vector(R) -> np.ndarray:
     """The axis of a rotation matrix (3, 3) times its angle (rad), (3,)."""
-    R = np.asarray(R, float)
+    R = as_rows(R, "R", 3, "a rotation matrix (3, 3)")
+    if R.shape != (3, 3):
+        raise BadInput(f"`R` must be a rotation matrix (3, 3); got shape {R.shape}.")
     way = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     size, rest = np.linalg.norm(way), np.trace(R) - 1
     if size > 1e-6 or rest > 0:
@@ -172,11 +179,19 @@ def turn_vector(R) -> np.ndarray:
 
 def turned(vector) -> np.ndarray:
     """The rotation matrix (3, 3) of a turn about `vector` (3,) by its length (rad)."""
-    vector = np.asarray(vector, float)
+    vector = as_rows(vector, "vector", 3, "an axis times an angle in rad", many=False)
     angle = float(np.linalg.norm(vector))
     x, y, z = vector / angle if angle > 1e-12 else vector
     k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return np.eye(3) + (np.sin(angle) * k + (1 - np.cos(angle)) * k @ k if angle > 1e-12 else k)
+
+
+def _poses(T, name: str) -> np.ndarray:
+    """`T` as poses (N, 4, 4), N > 0."""
+    T = as_rows(T, name, 4, "poses (N, 4, 4)")
+    if T.ndim != 3 or T.shape[1:] != (4, 4):
+        raise BadInput(f"`{name}` must be poses (N, 4, 4); got shape {T.shape}.")
+    return T
 
 
 def _closed_form(hands, seen) -> np.ndarray:

@@ -5,12 +5,13 @@ Paths without times, the torques that a motion asks for, and the fastest timing 
 
 from .differential_ik import iterate, joint_velocity, manipulability, task_error, task_jacobian
 from .dynamics import motor_torques
+from .overhead import legs
 from .paths import Path, in_joints, rounded, spline_path
 from .time_optimal import Allowed, controllable, fastest, torque_lines
 from .trajectory import Trajectory, cubic, joint_move, joint_path, joint_spline, line, quintic, trapezoid
 
 __all__ = [
     "Allowed", "Path", "Trajectory", "controllable", "cubic", "fastest", "in_joints", "iterate", "joint_move",
-    "joint_path", "joint_spline", "joint_velocity", "line", "manipulability", "motor_torques", "quintic", "rounded",
-    "spline_path", "task_error", "task_jacobian", "torque_lines", "trapezoid",
+    "joint_path", "joint_spline", "joint_velocity", "legs", "line", "manipulability", "motor_torques", "quintic",
+    "rounded", "spline_path", "task_error", "task_jacobian", "torque_lines", "trapezoid",
 ]  # fmt: skip

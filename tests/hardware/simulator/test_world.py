@@ -189,16 +189,16 @@ def test_a_cube_is_picked_carried_and_placed_over_the_wire():
 
         robot.release()
         leg(150, 40, 95, joint_move)
-        leg(150, 40, 38)
-        grip = robot.grip(payload_g=60, payload_mm=38)
+        leg(150, 40, 40)
+        grip = robot.grip(payload_g=60, payload_mm=36)
         assert grip.opening == pytest.approx(30, abs=0.3)
         leg(150, 40, 95)
         assert world.held == "red"
         assert robot.arm.grasped.carried
-        with pytest.raises(Collision, match=r"the load would run 2\.0 mm into the table"):
+        with pytest.raises(Collision, match=r"the load would sag [23]\.\d mm into the table"):
             robot.driver.guard.check(omx.solve_ik([150, -40, 36, DOWN], q[0]).q)
         leg(150, -40, 95, joint_move)
-        leg(150, -40, 38)
+        leg(150, -40, 40)
         robot.release()
         assert world.held is None
         leg(150, -40, 95)

@@ -1,0 +1,36 @@
+"""The legs of a pick or a place from above: over it as the joints turn, straight down, straight up again."""
+
+from math import pi
+
+import numpy as np
+
+from .. import kinematics
+from ..arm import SPEED_CAP
+from ..arrays import as_four, as_number, as_rows
+from ..geometry import COURSE, Geometry
+from ..kinematics import JOINT_ANGLES
+from .trajectory import Trajectory, joint_move, line
+
+#: How high (mm) the tool is carried, and how long (s) it takes straight down or up.
+ABOVE, STRAIGHT_S = 95.0, 1.2
+#: The quintic's top speed, by its mean; and the share of the speed cap that is used.
+TOP, CAUTION = 1.875, 0.9
+
+
+def legs(
+    start, place, z: float, above: float = ABOVE, geometry: Geometry = COURSE
+) -> tuple[Trajectory, Trajectory, Trajectory]:
+    """From `start` (rad) with the hand pointing down over `place` (x, y), down to the height `z`, and up: three legs.
+
+    The first takes as long as 9/10 of the speed cap ask for. The tool is `above` mm high between places, and at least
+    16 mm above `z`. Raises `Unreachable`, `JointLimit`, `PathBlocked` or `BadInput`; the table is the guard's business.
+    """
+    start = as_four(start, "start", JOINT_ANGLES)
+    x, y = as_rows(place, "place", 2, "x and y on the table in mm", many=False)
+    z = as_number(z, "z", "a height in mm")
+    high = max(as_number(above, "above", "a height in mm"), z + 16)
+    over = np.array(kinematics.solve_ik([x, y, high, -pi / 2], start, geometry).q)
+    way = float(np.abs(np.subtract(over, start)).max())
+    first = joint_move(start, over, max(0.6, TOP * way / (CAUTION * SPEED_CAP)), rate=40)
+    down = line(over, [x, y, z, -pi / 2], STRAIGHT_S, rate=40, geometry=geometry)
+    return first, down, line(down.q[-1], [x, y, high, -pi / 2], STRAIGHT_S, rate=40, geometry=geometry)
