@@ -26,6 +26,7 @@ from .arrays import (
 )
 from .dh import as_limits, clipped, limit_violations
 from .errors import BadInput, JointLimit, Unreachable, Violation
+from .generated import CHAPTERS
 from .generated import fk as _fk
 from .generated import ik as _ik
 from .generated import jacobian as _jacobian
@@ -374,13 +375,13 @@ def stale(fk=_fk, ik=_ik, jacobian=_jacobian) -> list[str]:
     """The chapters to run again, because what they wrote is for another DH table than that of `fk`."""
     values = tuple(fk.PARAMETERS.values())
     wrong = []
-    for chapter, agrees, module in (("04", _inverse_agrees, ik), ("05", _jacobian_agrees, jacobian)):
+    for name, agrees, module in (("ik", _inverse_agrees, ik), ("jacobian", _jacobian_agrees, jacobian)):
         try:
             good = agrees(fk, module, values)
         except Exception:  # the table has other parameters, or lengths that the formulas divide by
             good = False
         if not good:
-            wrong.append(chapter)
+            wrong.append(CHAPTERS[name][:2])
     return wrong
 
 
@@ -389,8 +390,9 @@ def warn_if_stale() -> None:
     chapters = stale()
     if chapters:
         warnings.warn(
-            f"chapter 03 has written another DH table than chapter {' and '.join(chapters)} was run with: until you "
-            f"run {'it' if len(chapters) == 1 else 'them'} again, omx.ik and omx.jacobian may answer for the old arm.",
+            f"chapter {CHAPTERS['fk'][:2]} has written another DH table than chapter {' and '.join(chapters)} was run "
+            f"with: until you run {'it' if len(chapters) == 1 else 'them'} again, omx.ik and omx.jacobian may answer for "
+            "the old arm.",
             stacklevel=3,
         )
 

@@ -17,12 +17,12 @@ from omx.arm import COURSE_LENGTHS, MAKER_LENGTHS
 from omx.generated import fk
 
 ARMS = {
-    "maker": (MAKER_LENGTHS, ("08",)),
-    "long hand": ({"L4": 186.0}, ("00",)),
-    "all new": ({"L1": 75.0, "L2": 128.0, "L3": 120.0, "L4": 140.0, "delta": 0.19}, ("01",)),
+    "maker": (MAKER_LENGTHS, "lab-ik"),
+    "long hand": ({"L4": 186.0}, "start-here"),
+    "all new": ({"L1": 75.0, "L2": 128.0, "L3": 120.0, "L4": 140.0, "delta": 0.19}, "planar-arms"),
 }
 ALL = os.environ.get("OMX_ALL_ARMS")
-TRIED = [(arm, path) for arm, (_, few) in ARMS.items() for path in names.chapters() if ALL or path.stem[:2] in few]
+TRIED = [(arm, path) for arm, (_, few) in ARMS.items() for path in names.chapters() if ALL or few in path.stem]
 KNOWN = {name for name, kind in vars(errors).items() if isinstance(kind, type) and issubclass(kind, errors.OmxError)}
 
 

@@ -607,7 +607,7 @@ def test_a_notebook_outside_is_named_with_the_way_to_open_it(tmp_path):
     ("name", "chapter"),
     [
         *(("1", "01"), ("3", "03"), ("03", "03"), ("10", "10"), ("forward", "03"), ("03-forward-kinematics", "03")),
-        *(("Forward Kinematics", "03"), ("03-forward-kinematics.ipynb", "03"), ("lab-fk", "07"), ("0", "00")),
+        *(("Forward Kinematics", "03"), ("03-forward-kinematics.ipynb", "03"), ("0", "00")),
     ],
 )
 def test_one_rule_names_a_chapter(name, chapter):

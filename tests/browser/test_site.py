@@ -38,6 +38,11 @@ def pages():
 CHAPTERS = [path for path in pages() if path.startswith("notebooks/")]
 
 
+def name_of(path):
+    """The words of a chapter's name, without its number."""
+    return path.split("/")[1][3:].removesuffix(".html")
+
+
 @pytest.mark.parametrize("path", pages())
 def test_a_page_loads_whole_is_light_and_stays_at_home(look, path):
     look.open(path).settle()
@@ -123,15 +128,17 @@ def test_joint_sliders_move_the_arm_and_the_numbers(look):
     assert look.problems == []
 
 
-LIVE = dict.fromkeys(("03", "05"), "JointPanel")
-LIVE |= {"06": "answer", "08": "log", "09": "ways", "12": "cloud", "13": "damping"}
+LIVE = {
+    "forward-kinematics": "JointPanel", "jacobian": "JointPanel", "servos-and-the-wire": "answer", "lab-ik": "log",
+    "trajectories": "ways", "accuracy": "cloud", "differential-ik": "damping",
+}  # fmt: skip
 
 
-@pytest.mark.parametrize("path", [path for path in CHAPTERS if path.split("/")[1][:2] in LIVE])
+@pytest.mark.parametrize("path", [path for path in CHAPTERS if name_of(path) in LIVE])
 def test_a_chapter_has_the_live_figure_of_its_idea(look, path):
     """By keyboard alone: each slider changes what is said; what is drawn follows."""
     look.open(path).settle()
-    figure = LIVE[path.split("/")[1][:2]]
+    figure = LIVE[name_of(path)]
     kind = "joints" if figure == "JointPanel" else "figure"
     panel = look.page.locator(f".omx-panel[data-kind={kind}]").last
     assert kind == "joints" or f'"figure": "{figure}"' in panel.get_attribute("data-panel")
@@ -160,7 +167,7 @@ ELLIPSE = """() => {
 
 
 def test_the_velocity_ellipse_follows_sliders_and_the_dragged_tool(look):
-    look.open(next(path for path in CHAPTERS if "05-" in path)).settle()
+    look.open(next(path for path in CHAPTERS if "-jacobian" in path)).settle()
     panel = look.page.locator(".omx-panel").last
     frame = look.scene(panel.locator(".omx-scene"))
     frame.wait_for_timeout(500)
@@ -188,7 +195,7 @@ def test_the_velocity_ellipse_follows_sliders_and_the_dragged_tool(look):
 
 def test_axes_of_frames_ride_on_the_arm(look):
     """In chapter 03, when sliders or the reader's hand move it."""
-    look.open(next(path for path in CHAPTERS if "03-" in path)).settle()
+    look.open(next(path for path in CHAPTERS if "-forward-kinematics" in path)).settle()
     panel = look.page.locator(".omx-panel[data-kind=joints]").last
     frame = look.scene(panel.locator(".omx-scene"))
     where = "(i) => omxScene.viewer.scene_tree.find(['meshcat', 'frames', `${i}`]).object.position.toArray()"
