@@ -390,9 +390,9 @@ def warn_if_stale() -> None:
     chapters = stale()
     if chapters:
         warnings.warn(
-            f"chapter {CHAPTERS['fk'][:2]} has written another DH table than chapter {' and '.join(chapters)} was run "
-            f"with: until you run {'it' if len(chapters) == 1 else 'them'} again, omx.ik and omx.jacobian may answer for "
-            "the old arm.",
+            f"chapter {CHAPTERS['fk'][:2]} has written another DH table than chapter {' and '.join(chapters)} was "
+            f"run with: until you run {'it' if len(chapters) == 1 else 'them'} again, omx.ik and omx.jacobian may answer "
+            "for the old arm.",
             stacklevel=3,
         )
 
