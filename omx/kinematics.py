@@ -389,9 +389,9 @@ def warn_if_stale() -> None:
     """Say once, on import, which chapters must be run for `omx.ik` and `omx.jacobian` to be right."""
     chapters = stale()
     if chapters:
-        them = "it" if len(chapters) == 1 else "them"
+        old, them = " and ".join(chapters), "it" if len(chapters) == 1 else "them"
         warnings.warn(
-            f"chapter {CHAPTERS['fk'][:2]} has written another DH table than chapter {' and '.join(chapters)} was run with: "
+            f"chapter {CHAPTERS['fk'][:2]} has written another DH table than chapter {old} was run with: "
             f"until you run {them} again, omx.ik and omx.jacobian may answer for the old arm.",
             stacklevel=3,
         )
