@@ -4,7 +4,8 @@
     chain = omx.urdf.read("arm.urdf")           # any serial chain, joint axes of any direction
 
 A file is in metres, everything here is in mm; angles are rad in both. Chains come back with the same transforms, to
-1e-9 mm, with their names and limits; shapes, masses and motors are not read.
+1e-9 mm (1e-8 where nearly parallel axes put frames hundreds of metres away), and with their names and limits; shapes,
+masses and motors are not read.
 """
 
 import os
