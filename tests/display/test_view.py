@@ -17,6 +17,7 @@ import omx
 from omx.display.viewer import Camera, View, animation
 from omx.display.viewer.annotations import rgb
 from omx.display.viewer.linkage import Linkage
+from omx.hardware.simulator import cube, cup
 from tests.helpers.scenes import Page, decoded, objects, placed
 
 angles = st.floats(-math.pi, math.pi)
@@ -377,6 +378,25 @@ def test_an_animation_passes_through_the_frames(view):
     turns = found["/meshcat/arm/4", ".quaternion"]
     assert (np.einsum("ij,ij->i", turns[1:], turns[:-1]) > 0.9).all(), "no jump of sign: it would spin the wrong way"
     assert view.q == omx.HOME
+
+
+def test_things_and_fingers_move_with_the_arm(view):
+    things = [cube("red", (150, 0)), cup("cup", (100, 80), colour="no colour")]
+    view.things(things)
+    drawn = objects(view.channel, "/meshcat/notes")
+    assert {"/meshcat/notes/red", "/meshcat/notes/cup"} <= drawn
+    things[0].T[:3, 3] = 10, 20, 30
+    view.things(things)
+    assert objects(view.channel, "/meshcat/notes") == drawn
+    np.testing.assert_allclose(placed(view.channel, "/meshcat/notes/red")[:3, 3], (10, 20, 30), atol=1e-6)
+    way = np.array([np.eye(4), things[0].T])
+    view.animate([omx.HOME, omx.ZERO], seconds=1, gripper=[19, -5], things={"red": way})
+    _, found = tracks(view)
+    np.testing.assert_allclose(1e3 * found["/meshcat/notes/red", ".position"], way[:, :3, 3], atol=1e-3)
+    left, right = (1e3 * found[f"/meshcat/arm/4/{name}", ".position"][:, 2] for name in ("left", "right"))
+    np.testing.assert_allclose((left, right), ((19, -5), (-19, 5)), atol=1e-4)
+    with pytest.raises(omx.BadInput, match="'blue', which is not in this scene"):
+        view.animate([omx.HOME, omx.ZERO], things={"blue": way})
 
 
 def test_setting_q_ends_the_animation(view):

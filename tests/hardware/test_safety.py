@@ -128,3 +128,24 @@ def test_every_configuration_the_guard_lets_through_is_above_the_table():
         passed += 1
         assert omx.frames(q)[2:, 2, 3].min() > 10.0
     assert passed > 100
+
+
+@pytest.mark.parametrize("mm", [30.0, 60.0])
+def test_what_is_carried_is_a_ball_about_the_tool_that_stays_clear_of_table_and_base(mm):
+    guard, empty = Guard(payload_mm=mm), Guard()
+    for radius, z in ((140, 40.0), (140, 60.0), (140, 90.0), (70, 45.0)):
+        q = omx.solve_ik([radius, 0, z, -np.pi / 2]).q
+        table, base = z - mm, radius - mm - 24.0  # the base is a post of this radius, 15 to 52 mm high
+        found, *names = guard.clearance(q)
+        assert found <= min(table, empty.clearance(q)[0]) + 1e-9
+        if min(table, base) < 0:
+            assert found == pytest.approx(min(table, base), abs=1e-9)
+            assert set(names) == {"load", "table" if table < base else "base"}
+            with pytest.raises(Collision, match="load"):
+                guard.check(q)
+
+
+@pytest.mark.parametrize("bad", [-1, 151, float("nan"), "30", None, True])
+def test_a_load_that_no_hand_carries_is_refused(bad):
+    with pytest.raises(BadInput, match="payload_mm"):
+        Guard(payload_mm=bad)
