@@ -294,16 +294,17 @@ class Driver:
 
     def come_to_rest(self) -> tuple[float, ...]:
         """Where the joints' set-points stand (rad), once they do: a servo takes its old speed into a new motion."""
-        until, slack = self.clock.now() + 1.0, units.ANGLE.value(HOLD_SLACK)
-        while True:
+        slack = units.ANGLE.value(HOLD_SLACK)
+        for _ in range(round(1.0 / LOOK_S)):  # not a second: it may pass between two looks
             reading = self.watch()
             gaps = (abs(a - b) for a, b in zip(reading.aim, reading.q, strict=True))
             runs = any(reading.aim_speed) or max(gaps) > slack or self.moving
-            if not (self.torque and runs) or self.clock.now() > until:
-                return reading.aim if self.torque else reading.q
+            if not (self.torque and runs):
+                break
             if not (self.brake.holding and self.brake.moving):
                 self.stand()
             self.clock.sleep(LOOK_S)
+        return reading.aim if self.torque else reading.q
 
     def send(self, goal, seconds: float, ramp: float, confirmed: bool = True) -> tuple[float, ...]:
         """The last gate: nothing comes after a stop. Returns the goal in whole ticks."""
@@ -316,6 +317,7 @@ class Driver:
                 self.watcher.ask()
                 self.brake.sets_off(seconds)
                 self.servos.send(ticks, seconds, ramp, confirmed)
+                self.brake.sets_off(seconds)  # the program may have been held up in between
         except BaseException as error:  # an interrupt too: it may have set off
             self.broken_off(error)
             raise
@@ -352,8 +354,8 @@ class Driver:
         """
         try:
             while True:
+                late = self.clock.now() - self.brake.arrival  # before the look, which may be held up
                 reading = self.watch()
-                late = self.clock.now() - self.brake.arrival
                 if late >= 0 and (max(map(abs, reading.speed)) < RESTING or late > patience_s):
                     return reading
                 self.clock.sleep(LOOK_S)

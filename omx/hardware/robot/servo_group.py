@@ -15,6 +15,8 @@ from ..dynamixel.bus import Bus
 from ..fault_table import MENDS
 
 HOLD_S = 0.2
+#: What was read longer ago (s), because the program was held up, is read again, so often at the most.
+STALE_S, STALE_TRIES = 0.1, 5
 #: A joint that is farther (ticks) from its own set-point than this is being held up by something.
 HOLD_SLACK = units.ANGLE.raw(math.radians(3.0))
 PROFILE = reg.block("profile_acceleration", "profile_velocity")
@@ -205,7 +207,11 @@ class Servos:
         """They stop where they are, in three transactions. A set-point that is near stays: no sag is added."""
         if pushing := self.soft.intersection(servos):
             self.put_all(WATCHDOG, dict.fromkeys(pushing, (0,)))
-        state = again(self.bus.read_block, list(servos), STATE)
+        for _ in range(STALE_TRIES):
+            before = self.bus.clock.now()
+            state = again(self.bus.read_block, list(servos), STATE)
+            if self.bus.clock.now() - before < STALE_S:
+                break
         self.put_all(MOTION_PUSHED, {servo: self.standing(servo, *state[servo]) for servo in servos})
 
     def standing(self, servo: int, present: int, _=0, aim: int | None = None) -> tuple[int, ...]:

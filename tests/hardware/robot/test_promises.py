@@ -2,6 +2,7 @@
 
 import math
 import os
+import random
 import re
 import subprocess
 import sys
@@ -200,6 +201,29 @@ def test_leaving_a_with_block_in_mid_move_does_not_dive_into_the_table():
         robot.clock.sleep(1.2)
     assert not torque(robot)
     assert witness.lowest() > -2.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_program_that_is_held_up_for_seconds_keeps_the_cap_and_still_sees_the_arm_arrive(seed):
+    """A busy computer, between any answer of the servos and what is made of it."""
+    chance = random.Random(seed)
+    robot = Robot(clock=SteppedClock())
+    robot.write_motor_state(True)
+    read, witness = robot.bus.read_block, Witness(robot.arm)
+
+    def held_up(*args):
+        found = read(*args)
+        robot.clock.sleep(chance.uniform(0.2, 3.0) if chance.random() < 0.05 else 0.0)
+        return found
+
+    robot.bus.read_block = held_up
+    for _ in range(6):
+        goal = [chance.uniform(low, high) for low, high in ((-90, 90), (-70, -10), (-20, 40), (0, 50))]
+        robot.write_joints(goal)
+        robot.clock.sleep(chance.uniform(0.0, 1.0))
+        robot.move_to([-goal[0], *goal[1:]])
+    assert witness.top_speed() <= robot.driver.guard.speed_cap * 1.05
+    robot.bus.close()
 
 
 # ---- velocities and currents ----
