@@ -17,7 +17,7 @@ from book.chapters import runs
 from book.publish import lite
 from book.setup.paths import Stop
 from tests.browser.conftest import FLAGS
-from tests.browser.weblook import served
+from tests.browser.weblook import serious, served
 from tests.helpers.lite import chapter, run_all
 
 
@@ -63,6 +63,7 @@ def test_a_chapter_lives_with_the_network_cut(built, playwright, chromium):
         tab.wait_for_timeout(1500)
         shown = float(tab.locator(".widget-readout").nth(1).inner_text().replace("\N{MINUS SIGN}", "-"))
         assert shown == pytest.approx(math.degrees(frame.evaluate("omxScene.tool.state().q[1]")), abs=0.51)
+        assert serious(tab, ".jp-OutputArea:has(.omx-scene)") == []
         assert tab.outside == []
 
 

@@ -130,8 +130,8 @@ class Frame {
 
   onSeen(seen) {
     this.seen = seen;
-    if (!seen) return;
     nameSliders(this.el.closest(".jp-OutputArea-output"));
+    if (!seen) return;
     shared.frames = shared.frames.filter((f) => f !== this).concat(this);
     if (!this.iframe) this.start();
     const spare = shared.frames.filter((f) => !f.seen);
