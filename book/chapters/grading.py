@@ -313,8 +313,10 @@ def marked(key, name, student, place, course, library, rules):
 
 
 def reason(error):
-    text = "it is not a notebook" if isinstance(error, ValueError) else " ".join(str(error).split())[:120]
-    return "it cannot be read" if isinstance(error, OSError) else text or type(error).__name__
+    """Why a submission could not be graded, in words."""
+    if isinstance(error, OSError):
+        return "it cannot be read"
+    return "it is not a notebook" if isinstance(error, ValueError) else "it is a notebook of another format, or damaged"
 
 
 def score(exercise, report, rules):
@@ -337,10 +339,10 @@ def found(place, key, name):
         return None, "nothing handed in"
     paths = [place] if place.is_file() else [p for p in sorted(place.rglob("*")) if p.suffix.lower() == ".ipynb"]
     paths = [path for path in paths if ".ipynb_checkpoints" not in path.parts]
-    fits = sorted(((ids_in(path, key), path.stat().st_mtime, path) for path in paths), key=lambda t: t[:2])
-    best = [path for count, _, path in fits if count]
+    fits = sorted((held, path.stat().st_mtime, path) for path in paths if (held := ids_in(path, key)))
+    best = [path for _, _, path in fits]
     if not best:
-        broken = [path for path in paths if ids_in(path, key) is None or path.stem.startswith(name[:2])]
+        broken = [path for path in paths if path.stem.startswith(name[:2])]
         return (broken[0], "") if broken else (None, "nothing handed in")
     said = [] if best[-1].name == f"{name}.ipynb" else [f"graded: {best[-1].name}"]
     said += [f"{len(best)} notebooks of this chapter; the fullest and newest counts"] if len(best) > 1 else []
@@ -348,12 +350,14 @@ def found(place, key, name):
 
 
 def ids_in(path, key):
-    """How many graded cells of the chapter a notebook holds."""
+    """(answers that are no TODO any more, graded cells of the chapter) in a notebook; None if it holds none."""
+    todos = {cell["id"]: cell["source"] for cell in key["chapter"] if cell["role"] == "solution"}
     try:
-        cells = read(path)["cells"]
-        return len({known(cell, key) for cell in cells} - {None})
+        held = {known(cell, key): "".join(cell["source"]) for cell in read(path)["cells"]}
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        return 0
+        return None
+    answered = sum(held.get(place, todo).strip() != todo.strip() for place, todo in todos.items())
+    return (answered, len(held.keys() - {None})) if held.keys() - {None} else None
 
 
 def read(path):

@@ -21,7 +21,7 @@ from book.setup.paths import NOTEBOOKS, ROOT
 
 COURSE = ROOT / "book/teach/course.toml"
 WORDS_A_MINUTE, LINES_A_MINUTE = 50, 6
-MEETING_MIN, ROOM_MIN = 90, 80  # ten minutes go by before the first slide and after the last
+MEETING_MIN, ROOM_MIN = 90, 85  # some minutes go by before the first slide and after the last
 OBJECTIVE = re.compile(r"^- (.+?)(?=^- |^\S|\Z)", re.MULTILINE | re.DOTALL)
 
 

@@ -209,6 +209,9 @@ def course(book, sheet, tmp_path_factory):
         hand_in(folder, "twice", normalise.dumps(sheet))
         hand_in(folder, "twice", normalise.dumps(answered(sheet)), "newer.ipynb")
         os.utime(folder / "submitted" / "twice" / f"{NAME}.ipynb", (0, 0))
+        hand_in(folder, "fuller", normalise.dumps(answered(sheet)))
+        hand_in(folder, "fuller", normalise.dumps(sheet), "a copy, never filled in.ipynb")
+        os.utime(folder / "submitted" / "fuller" / f"{NAME}.ipynb", (0, 0))
         (folder / "submitted" / "empty").mkdir()
         (folder / "submitted" / ".DS_Store").write_text("")
         (folder / "submitted" / "readme.txt").write_text("")
@@ -262,12 +265,12 @@ def test_odd_files_get_their_mark_or_a_sentence(course):
     found = rows(course)
     assert found["browser"]["marks"] == found["renamed"]["marks"] == found["windows"]["marks"] == "3"
     assert f"graded: {NAME} (1).ipynb" in found["browser"]["notes"]
-    assert found["twice"]["marks"] == "3"
+    assert found["twice"]["marks"] == found["fuller"]["marks"] == "3"
     assert "2 notebooks of this chapter" in found["twice"]["notes"]
     for student in ("broken", "old", "empty", "absent"):
         assert found[student]["marks"] == found[student]["exercise-7-1"] == "", "what was not graded is blank, not 0"
     assert "not graded: it is not a notebook" in found["broken"]["notes"]
-    assert "not graded" in found["old"]["notes"]
+    assert "not graded: it is a notebook of another format" in found["old"]["notes"]
     assert "nothing handed in" in found["empty"]["notes"]
     assert "nothing handed in" in found["absent"]["notes"]
     assert not {".DS_Store", "readme.txt", "readme"} & set(found)

@@ -12,7 +12,7 @@ import omx
 from book.chapters import normalise
 from book.publish import shared
 from book.reader import handin
-from omx.display.panels import PosePanel
+from omx.display.panels import JointPanel, PosePanel, terms
 from omx.display.viewer import View, write_site_script
 from omx.display.viewer.poster import poster
 from tests.browser.latency import percentile
@@ -348,6 +348,39 @@ def test_a_finger_drags_too_and_the_sliders_of_a_panel_follow(browser, tmp_path)
     assert sliders[:3] == pytest.approx(state["asked"][:3], abs=0.51)
     angles = page.locator(".omx-chosen .omx-angles").inner_text().replace("−", "-").split()
     assert [float(a) for a in angles] == pytest.approx(np.degrees(state["q"]), abs=0.06)
+    context.close()
+
+
+def test_each_link_has_its_term_and_a_row_of_the_table_lights_its_frame(browser, tmp_path):
+    """On a small screen the arm and its sliders are in sight together; numbers are Python's."""
+    write_site_script(tmp_path)
+    (tmp_path / "omx-kinematics.js").write_text(shared.kinematics(), encoding="utf-8")
+    names = ("omx-view.js", "omx-kinematics.js", "omx-panels.js")
+    (tmp_path / names[-1]).write_text(shared.panels(), encoding="utf-8")
+    style = f"<style>{(shared.ROOT / 'book/static/house.css').read_text(encoding='utf-8')}</style>"
+    scripts = "".join(f'<script src="{name}" defer></script>' for name in names)
+    path = write(tmp_path, JointPanel(q=omx.HOME, terms=True).static_html(shared=True), script=style + scripts)
+    context = browser.new_context(viewport={"width": 853, "height": 533})
+    page = context.new_page()
+    page.goto(path.as_uri())
+    (frame,) = frames(page, 1)
+    boxes = [page.locator(".omx-panel .omx-scene").bounding_box(), page.locator(".omx-sliders").bounding_box()]
+    assert max(box["y"] + box["height"] for box in boxes) <= 533
+    q = [math.radians(angle) for angle in (20, -30, 40, 10)]
+    for slider, angle in zip(page.locator(".omx-sliders input").all(), (20, -30, 40, 10), strict=True):
+        slider.fill(str(angle))
+    for sum_of, name in zip(page.locator(".omx-sum").all(), "rz", strict=True):
+        told = sum_of.locator("span").all_inner_texts()
+        numbers = [float(term.split("\n")[-1].replace("−", "-").replace("+", "").replace(" ", "")) for term in told]
+        assert numbers == pytest.approx([v for v in terms.values(omx.frames(q))[name] if abs(v) > 1e-9], abs=0.051)
+    shown = "[0, 1, 2, 3, 4].map((i) => omxScene.viewer.scene_tree.find(['meshcat', 'frames', `${i}`]).object.visible)"
+    assert frame.evaluate(shown) == [False] * 5
+    page.locator(".omx-dh tbody tr").nth(2).hover()
+    page.wait_for_timeout(400)
+    assert frame.evaluate(shown) == [False, False, False, True, False]
+    page.locator(".omx-dh tbody tr").nth(0).focus()
+    page.wait_for_timeout(400)
+    assert frame.evaluate(shown)[1] is True
     context.close()
 
 

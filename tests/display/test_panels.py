@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import omx
-from omx.display.panels import JointPanel, PosePanel, tables
+from omx.display.panels import JointPanel, PosePanel, tables, terms
 from omx.display.panels.throttle import Latest
 from omx.display.viewer import View
 from tests.helpers.scenes import Clock, Page, decoded, placed
@@ -396,3 +396,64 @@ def test_numbers_are_written_without_minus_zero():
     assert tables.number(-0.0001, 1) == "0.0"
     assert tables.number(-1.26, 1) == "\u22121.3"
     assert "&lt;b&gt;" in tables.notice("<b>")
+
+
+# ---- the formula beside the picture ------------------------------------------------------------------------------
+
+
+@given(st.tuples(*(st.floats(low, high) for low, high in omx.LIMITS)))
+@settings(max_examples=30, deadline=None)
+def test_the_terms_of_r_and_z_are_those_of_the_chapter_and_add_up(q):
+    q1, q2, q3, q4 = q
+    lengths = omx.COURSE
+    shares = terms.values(omx.frames(q))
+    q23, q234, lean = q2 + q3, q2 + q3 + q4, q2 + lengths.delta
+    assert shares["r"] == pytest.approx(
+        [0, lengths.L2 * math.sin(lean), lengths.L3 * math.cos(q23), lengths.L4 * math.cos(q234)], abs=1e-9
+    )
+    assert shares["z"] == pytest.approx(
+        [lengths.L1, lengths.L2 * math.cos(lean), -lengths.L3 * math.sin(q23), -lengths.L4 * math.sin(q234)], abs=1e-9
+    )
+    x, y, z, _ = omx.pose(q)
+    assert sum(shares["r"]) == pytest.approx(x * math.cos(q1) + y * math.sin(q1), abs=1e-9)
+    assert sum(shares["z"]) == pytest.approx(z, abs=1e-9)
+
+
+def test_a_slider_changes_the_terms_and_a_row_shows_its_frame_beside_those_of_the_reader():
+    view = View()
+    view.frames(0)
+    panel = JointPanel(view, terms=True)
+    settle(panel)
+    before = text_of(panel._text)
+    panel.sliders[3].value = -30
+    settle(panel)
+    after = text_of(panel._text)
+    assert "L4 cos(q2 + q3 + q4)" in after
+    assert [a == b for a, b in zip(before.split("="), after.split("="), strict=False)].count(False) >= 2
+    panel._terms.lit = 3
+    assert view.shown_frames == (0, 3)
+    panel._terms.lit = 0
+    assert view.shown_frames == (0,)
+    page = panel.static_html(shared=True)
+    assert "data-poster" in page
+    assert view.shown_frames == (0,), "what the page needs is gone from the notebook's scene"
+
+
+def test_the_line_along_a_link_ends_where_its_joints_are():
+    """Bones ride on their links: seen from frame i, from its origin back to that of frame i - 1."""
+    view = View()
+    view.bones()
+    for q in (omx.HOME, (0.7, 0.3, -0.4, 0.2)):
+        frames = omx.frames(q)
+        for i, row in enumerate(view.chain.rows, 1):
+            back = np.linalg.inv(frames[i]) @ frames[i - 1][:, 3]
+            corner = np.array((-row.a, -row.d * math.sin(row.alpha), -row.d * math.cos(row.alpha)))
+            assert back[:3] == pytest.approx(corner, abs=1e-9)
+    assert [path for kind, path, _ in view.channel.log if path.endswith("/bone")] == [
+        f"/meshcat/arm/{i}/bone" for i in range(1, 5)
+    ]
+
+
+def test_terms_are_for_our_arm_alone():
+    with pytest.raises(omx.errors.BadInput, match="another chain"):
+        JointPanel(View.of_chain(SLIDER), terms=True)

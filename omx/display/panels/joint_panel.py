@@ -6,21 +6,26 @@ import ipywidgets
 
 from ...arm import HOME
 from ...dh import Chain, clipped
+from ...errors import BadInput
 from ...geometry import COURSE
 from ...kinematics import pose as tool_pose
+from ..viewer.arm_drawings import is_our_arm
+from ..viewer.moving_parts import put_property
 from ..viewer.view import View
 from . import tables
 from .panel import Panel, side_by_side, slider_row
+from .terms import COLOURS, WORDS, DHTable, dh_table, lines
 
 
 class JointPanel(Panel):
     """Joint sliders in degrees (mm where prismatic) under the arm, with T, x, y, z and pitch as they change.
 
     `view`: a `View` to drive, the arm's or any chain's; a new one if left out. `limits`: one (low, high) a joint,
-    rad. Arrow keys move a slider by one degree, page keys by more; a number can be typed into its box.
+    rad. Arrow keys move a slider by one degree, page keys by more; a number can be typed into its box. `terms` shows r
+    and z term by term, each in the colour of its link, and the DH table: who points at a row sees its frame.
     """
 
-    def __init__(self, view: View | None = None, *, q=None, geometry=COURSE, limits=None):
+    def __init__(self, view: View | None = None, *, q=None, geometry=COURSE, limits=None, terms=False):
         view = view or View(HOME if q is None else q, geometry=geometry)
         self.chain = _limited(view.chain, limits)
         rows = []
@@ -35,10 +40,22 @@ class JointPanel(Panel):
             slider.observe(self._heard, "value")
         self._text = ipywidgets.HTML()
         view.let_drag(self.chain.limits, handle=False)
+        beside, self._terms = [self._text], None
+        if terms:
+            self._terms = self._with_terms(view)
+            beside = [ipywidgets.VBox([*beside, self._terms])]
         sliders = ipywidgets.VBox([*rows, self._buttons(view)])
-        super().__init__(
-            view, [side_by_side(sliders, self._text)], clipped(view.q, self.chain.limits) if q is None else q
-        )
+        super().__init__(view, [side_by_side(sliders, *beside)], clipped(view.q, self.chain.limits) if q is None else q)
+
+    def _with_terms(self, view: View) -> DHTable:
+        """The DH table of the arm, whose bones get their colours. Raises `BadInput` for another chain."""
+        if view.geometry is None or not is_our_arm(view.geometry):
+            raise BadInput("`terms` are those of the OpenMANIPULATOR-X; this view shows another chain.")
+        view.bones(COLOURS)
+        self._shown = view.shown_frames
+        table = DHTable(html=dh_table(view.chain))
+        table.observe(lambda change: view.frames(*{*self._shown, *([change["new"]] if change["new"] else [])}), "lit")
+        return table
 
     def __repr__(self) -> str:
         return f"JointPanel: {self.view!r}"
@@ -60,11 +77,26 @@ class JointPanel(Panel):
 
     def _static_data(self) -> dict:
         data = {"kind": "joints", "names": list(self.chain.names), "limits": list(self.chain.limits)}
+        if self._terms is not None:
+            data["terms"] = {"words": WORDS, "colours": COLOURS, "table": self._terms.html, "shown": self._shown}
         if self.view.geometry is not None:
             section = {"section": True} if self.view.has_section else {}
             return {**data, **section, "geometry": list(self.view.geometry.values), "home": HOME}
         fixed = {name: T.tolist() for name in ("base", "tool") if (T := getattr(self.chain, name)) is not None}
         return {**data, **fixed, "rows": [vars_of(row) for row in self.chain.rows]}
+
+    def static_html(self, *, shared: bool = False) -> str:
+        """As every panel's; with `terms` all frames are in the scene, for the page to show."""
+        if self._terms is None:
+            return super().static_html(shared=shared)
+        with self.view.channel.batch():
+            self.view.frames(*range(len(self.chain) + 1))
+            for i in {*range(len(self.chain) + 1)} - {*self._shown}:
+                put_property(self.view.channel, f"/meshcat/frames/{i}", "visible", False)
+            try:
+                return super().static_html(shared=shared)
+            finally:
+                self.view.frames(*self._shown)
 
     def _on_sliders(self, values) -> None:
         rows = zip(values, self.chain.rows, strict=True)
@@ -78,7 +110,8 @@ class JointPanel(Panel):
         values = [(n, float(T[i, 3]), "mm") for i, n in enumerate("xyz")]
         if self.view.geometry is not None:
             values.append(("pitch", math.degrees(tool_pose(self._q, self.view.geometry).pitch), "deg"))
-        self._text.value = tables.matrix_table(T) + tables.value_table(values)
+        formula = lines(self.view.chain.frames(self._q)) if self._terms is not None else ""
+        self._text.value = formula + tables.matrix_table(T) + tables.value_table(values)
 
 
 def vars_of(row) -> dict:

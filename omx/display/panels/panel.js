@@ -71,6 +71,12 @@
         const nodes = {}, visible = {};
         if (this.pale) visible["/meshcat/ghosts"] = false;
         this.frames(this.q).forEach((T, i) => { nodes[`/meshcat/arm/${i}`] = columns(T); });
+        if (this.terms) {
+          this.frames(this.q).forEach((T, i) => {
+            nodes[`/meshcat/frames/${i}`] = columns(T);
+            visible[`/meshcat/frames/${i}`] = i === this.lit || this.terms.shown.includes(i);
+          });
+        }
         if (this.section) nodes["/meshcat/section"] = columns(A.link(this.q[0], 0, 0, Math.PI / 2));
         if (this.pose) nodes["/meshcat/notes/target"] = columns(A.target(this.pose));
         (this.found || []).forEach((s, k) => {
@@ -131,6 +137,37 @@
       sliders.append(element("p", { class: "omx-poses" }, ...poses));
       this.answer = element("div", { class: "omx-answer" });
       this.controls.append(sliders, this.answer);
+      if (this.terms) this.controls.append(this.dhTable());
+    }
+
+    // Who points at a row of the table sees its frame.
+    dhTable() {
+      const box = element("div", { class: "omx-answer" });
+      box.innerHTML = this.terms.table;
+      box.querySelectorAll("tbody tr").forEach((row, i) => {
+        const light = (frame) => () => { this.lit = frame; this.send(); };
+        row.tabIndex = 0;
+        for (const name of ["pointerenter", "focus"]) row.addEventListener(name, light(i + 1));
+        for (const name of ["pointerleave", "blur"]) row.addEventListener(name, light(0));
+      });
+      return box;
+    }
+
+    // r and z, term by term: what each link adds, in its colour (terms.py has the same).
+    sums() {
+      const T = this.frames(this.q), x1 = [T[1][0][0], T[1][1][0]];
+      const steps = [1, 2, 3, 4].map((i) => [0, 1, 2].map((k) => T[i][k][3] - T[i - 1][k][3]));
+      const terms = { r: steps.map(([x, y]) => x * x1[0] + y * x1[1]), z: steps.map(([, , z]) => z) };
+      return Object.entries(terms).map(([name, values]) => {
+        const parts = [], total = text(values.reduce((sum, v) => sum + v, 0), 1);
+        values.forEach((value, i) => {
+          if (!this.terms.words[name][i]) return;
+          const sign = value < -0.05 ? "\u2212" : parts.length ? "+" : "";
+          parts.push(element("span", { style: `border-color: ${this.terms.colours[i]}` },
+            element("small", {}, this.terms.words[name][i]), element("br"), `${sign} ${text(Math.abs(value), 1)}`));
+        });
+        return element("p", { class: "omx-sum" }, element("i", {}, name), " = ", ...parts, ` = ${total} mm`);
+      });
     }
 
     matrix(T, name, words) {
@@ -144,7 +181,8 @@
       const T = this.frames(this.q).at(-1);
       const values = ["x", "y", "z"].map((name, i) => `${name} = ${text(T[i][3], 1)} mm`);
       if (this.geometry) values.push(`pitch = ${text(A.pose(this.q, this.geometry)[3] / DEG, 1)}\u00b0`);
-      this.answer.replaceChildren(element("p", { class: "omx-values" }, ...values.map((v) => element("span", {}, v))),
+      this.answer.replaceChildren(...(this.terms ? this.sums() : []),
+        element("p", { class: "omx-values" }, ...values.map((v) => element("span", {}, v))),
         this.matrix(T, "T", "the pose T"));
       if (!this.geometry) this.speak(`Tool at ${values.join(", ")}.`);
     }

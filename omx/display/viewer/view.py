@@ -60,6 +60,7 @@ class View(Scene):
         self.chain, self.name = chain, name
         self._linkage = Linkage(chain)
         self._triads = self._trail = None
+        self.shown_frames: tuple[int, ...] = ()
         self._ghosts: list[Figure] = []
         self._ghost_labels: tuple = ()
         self.has_section = self._animated = False
@@ -121,6 +122,7 @@ class View(Scene):
         for joint in joints:
             if joint not in range(len(self.chain) + 1):
                 raise BadInput(f"`joints` must be frames 0 to {len(self.chain)}; got {joint!r}.")
+        self.shown_frames = joints
         with self.channel.batch():
             if self._triads is not None:
                 self._triads.remove()
@@ -129,6 +131,16 @@ class View(Scene):
                 drawings = {i: annotations.triad(i, self._mark) for i in joints}
                 self._triads = Figure(self.channel, "/meshcat/frames", drawings)
                 self._triads.pose(self._linkage.frames(self._q))
+
+    def bones(self, colours=PALETTE) -> None:
+        """Draw a coloured line along each link, from joint to joint and over everything: first link, first colour."""
+        for i, row in enumerate(self.chain.rows, 1):
+            corner, axis = np.array((-row.a, 0.0, 0.0)), np.array((0.0, math.sin(row.alpha), math.cos(row.alpha)))
+            way = [np.zeros(3), corner, corner - row.d * axis]
+            way = [p for k, p in enumerate(way) if k == 0 or np.linalg.norm(p - way[k - 1]) > 1e-6]
+            if len(way) > 1:
+                bone = annotations.polyline(way, colours[(i - 1) % len(colours)], 2.4, on_top=True)
+                put_object(self.channel, f"/meshcat/arm/{i}/bone", bone)
 
     def ghosts(self, qs, labels=None, colours=PALETTE) -> None:
         """Translucent arms at each of `qs`, for other IK branches or a goal; `[]` removes them.
