@@ -6,8 +6,8 @@ JavaScript. Only notebooks, tests and this package need SymPy.
 
 from .chain import chain_functions, write_chain
 from .function import Function
+from .inverse import Pattern, pattern, patterns, write_inverse
 from .module import source
-from .pieper import Pattern, pattern, patterns, write_inverse
 from .sampling import evaluated, real_points
 from .store import write
 from .symbolic import dh_matrix, exact, gather, numbers, prove_equal, residual, short, show, wrap

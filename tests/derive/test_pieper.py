@@ -19,7 +19,8 @@ import omx
 from book.setup.paths import ROOT
 from omx import BadInput, Chain, DHRow
 from omx.analysis import Inverse
-from omx.derive import Pattern, pattern, patterns, write_inverse
+from omx.derive import Pattern, pattern, patterns, prove_equal, write_inverse
+from omx.derive.subproblems import Steps, triangle, turn, turned_x, wrist
 from omx.generated import ik
 from tests.helpers import oracles
 from tests.helpers.javascript import NODE
@@ -45,6 +46,62 @@ def inverses(tmp_path_factory):
         return made[name]
 
     return inverse
+
+
+# ---- the three small problems, proved ------------------------------------------------------------------------
+
+x, y, across, ahead, rho = sp.symbols("x y across ahead rho", real=True)
+
+
+def test_the_turn_is_proved_for_both_sides():
+    steps = Steps()
+    sides, _ = turn(steps, across, (x, y))
+    written = {symbol.name: expression for symbol, expression in steps}
+    assert written["ahead"] == sp.sqrt(sp.Max(0, (sp.Symbol("rho", real=True) - across) * (rho + across)))
+    facts = [(ahead, rho**2 - across**2), (rho, x**2 + y**2)]
+    lengths = {sp.sqrt(x**2 + y**2): rho, sp.sqrt(across**2 + ahead**2): rho}
+    for theta, forward in sides.values():
+        angle = theta.subs(sp.Symbol("azimuth", real=True), written["azimuth"])
+        c, s = (wave(angle).expand(trig=True).subs(lengths) for wave in (sp.cos, sp.sin))
+        prove_equal(c * x + s * y, forward, facts)
+        prove_equal(s * x - c * y, across, facts)
+
+
+def test_the_triangle_is_proved_for_both_elbows():
+    upper, fore, d = sp.symbols("upper fore d", positive=True)
+    D, s = sp.symbols("D_ s_", real=True)
+    steps = Steps()
+    elbows = triangle(steps, "_", (x, y), upper, fore)
+    written = {symbol: expression for symbol, expression in steps if symbol not in (D, s)}
+    lengths = {sp.sqrt(x**2 + y**2): d, sp.sqrt(s**2 + D**2): 1}
+    lengths[sp.sqrt((fore * s) ** 2 + (upper + fore * D) ** 2)] = d
+    facts = [(s, 1 - D**2), (d, upper**2 + fore**2 + 2 * upper * fore * D)]
+    for theta, bend in elbows.values():
+        for wave, wanted in ((sp.cos, x), (sp.sin, y)):
+            end = (upper * wave(theta) + fore * wave(theta + bend)).subs(written)
+            prove_equal(sp.expand_trig(end).subs(lengths), wanted, facts)
+    prove_equal(dict(steps)[D], (x**2 + y**2 - upper**2 - fore**2) / (2 * upper * fore))
+
+
+@pytest.mark.parametrize(("k4", "k5"), [(1, 1), (1, -1), (-1, 1), (-1, -1)])
+def test_the_wrist_is_proved_for_every_twist_and_both_flips(k4, k5):
+    """Every rotation is one that the wrist makes; eta is the sign of sin(q5), times the choice of a flip."""
+
+    def made(c, s):
+        turns = [sp.Matrix([[c[i], -s[i], 0], [s[i], c[i], 0], [0, 0, 1]]) for i in range(3)]
+        return turns[0] * turned_x(k4 * sp.pi / 2) * turns[1] * turned_x(k5 * sp.pi / 2) * turns[2]
+
+    angles, eta = sp.symbols("u v w", real=True), sp.Symbol("eta", real=True)
+    R = made([sp.cos(a) for a in angles], [sp.sin(a) for a in angles])
+    steps, rows = Steps(), [DHRow(0, 0, 0, 0)] * 6
+    q4, q5, q6 = wrist(steps, "", R, (k4, k5), ("q4", rows[3]), rows)["plain"]
+    (s4, c4), (s5, c5), (s6, c6) = (dict(steps)[q].args for q in (q4, q5, q6))
+    v = angles[1]
+    first = {sp.cos(q4): eta * sp.cancel(c4 / sp.sin(v)), sp.sin(q4): eta * sp.cancel(s4 / sp.sin(v))}
+    prove_equal(c4**2 + s4**2, sp.sin(v) ** 2)  # so |sin q5| is the hypotenuse, eta sin q5
+    c, s = ([values[0], *(e.subs(first) for e in values[1:])] for values in ((0, c5, c6), (0, s5, s6)))
+    c[0], s[0] = first[sp.cos(q4)], first[sp.sin(q4)]
+    prove_equal(made(c, s), R, [(eta, 1)])
 
 
 # ---- identity ------------------------------------------------------------------------------------------------
