@@ -4,7 +4,7 @@ On the screen stand headings, displayed formulas, tables and lists, and of each 
 first sentence and the sentences with a **bold** word. A sentence that leads on, with a colon at its end, stays before
 a formula or a list; one that points back (It, So, This ...) brings along the one before it, and a first sentence of
 fewer than five words the one after it. Where a slide shows nothing but prose, more of it stays. A Predict and a
-numbered question stay whole; answers in <details>, and paragraphs in parentheses, are only said. Wherever the screen
+numbered question stay whole; answers in <details>, and what stands in parentheses, are only said. Wherever the screen
 shows less than all, the whole paragraph is in the notes.
 """
 
@@ -55,7 +55,8 @@ def shown(text, leads=False, least=0):
     said = sentences(text)
     if NUMBERED.match(text):
         return said
-    if text.startswith("(") and text.endswith(")"):
+    said = [sentence for sentence in said if not (sentence.startswith("(") and sentence.endswith(")"))]
+    if not said or (text.startswith("(") and text.endswith(")")):
         return []
     keep = {i for i, sentence in enumerate(said) if i == 0 or "**" in sentence}
     if leads and said[-1].endswith(":"):

@@ -71,6 +71,7 @@ def test_no_slide_has_a_heading_only():
             "The angle comes from two numbers. Both have a sign:\n\n$$x$$",
             "The angle comes from two numbers. Both have a sign: \\[x\\]",
         ),
+        ("(A plane arm will do.) The arm moves in a plane. More.", "The arm moves in a plane."),
         ("(Three folded cells follow. Go on.)\n\nThe rest is plain to see.", "The rest is plain to see."),
         ("**Row 1: up.** Joint 1 turns the arm. The shoulder is high.", "Row 1: up. Joint 1 turns the arm."),
     ],
