@@ -278,6 +278,10 @@
       const notes = [...slide.querySelectorAll(".note")];
       slide.append(element("aside", "notes", clock, ...notes.flatMap((note) => [...note.children])));
       for (const note of notes) note.remove();
+      // The speaker's window has not MathJax's style, which hides what a screen reader reads.
+      for (const twin of slide.querySelectorAll(".notes mjx-assistive-mml")) {
+        twin.style.cssText = "position: absolute; width: 1px; height: 1px; overflow: hidden; clip-path: inset(50%)";
+      }
     });
   }
 

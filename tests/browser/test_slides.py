@@ -139,6 +139,10 @@ def test_notes_and_fragments_work(look):
         r"Slide 1 of \d+: .*, from minute 0 of \d+\.", look.page.locator(".notes .clock").first.text_content()
     )
     assert look.page.locator(".notes .say").count() > 10
+    assert (
+        look.page.locator(".notes mjx-assistive-mml").count() > 10
+    )  # each formula once, in a window without our style
+    assert look.page.locator(".notes mjx-assistive-mml:not([style])").count() == 0
     hidden = look.page.locator(".fragment:not(.visible)").count()
     assert hidden > 3
     look.page.evaluate("Reveal.nextFragment() || (Reveal.next(), Reveal.nextFragment())")

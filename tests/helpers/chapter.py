@@ -33,6 +33,7 @@ def chapter():
         markdown(PROSE),
         code("import math", "skip"),
         markdown("## Length\n\n**Predict** how long the line will be before you run the cell.", "slide", ["predict"]),
+        markdown("*For the speaker.* **Expect** seven, the sum of the sides.", "notes"),
         code("print(math.hypot(3, 4), 'mm')", outputs=[printed("5.0 mm\n")]),
         markdown("**Play** with the two numbers and watch what changes in the printed length.", tags=["play"]),
         markdown("## Summary\n\nThe length of a line follows from its two sides.", "slide"),
