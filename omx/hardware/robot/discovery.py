@@ -82,6 +82,8 @@ def _search() -> Bus:
 def look_over(bus: Bus) -> Condition:
     """Ping every servo and read all that the conditions judge. Reads only; nothing moves."""
     condition = Condition(servos=bus.scan(ARM_IDS))
+    if silent := [servo for servo in ARM_IDS if servo not in condition.servos]:
+        condition.servos |= bus.scan(silent)  # an answer may get lost, or come late
     missing = [servo for servo in JOINT_IDS if servo not in condition.servos]
     if missing:
         listed = ", ".join(map(str, missing))
