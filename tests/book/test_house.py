@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -139,3 +140,11 @@ def test_ruff_has_nothing_to_say():
     command = [sys.executable, "-m", "ruff", "check", "--no-cache", "--output-format=concise", "."]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_an_installed_omx_has_all_of_its_files():
+    """What the browser's Python, a wheel, gets: no script or style of the package is left behind."""
+    packed = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]["package-data"]
+    left = [path for path in files() if ROOT / "omx" in path.parents and path.suffix != ".py"]
+    assert left
+    assert [path for path in left if not any(path.match(pattern) for pattern in packed["*"])] == []
