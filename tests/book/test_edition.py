@@ -11,8 +11,8 @@ from book.chapters import edition, generate, normalise, student
 from book.chapters.cells import source, tags
 
 SHEETS = sorted(path.name for path in normalise.NOTEBOOKS.glob("*.ipynb"))
-KEPT = ("tests/", "book/teach", "publish/site", "publish/slides", "deck", "book/hub", ".git", ".ci", "CHANGELOG", "CONTRIBUTING", "edition.py",
-        "grading", "grader", "hidden", "__pycache__", ".progress.json")  # fmt: skip
+KEPT = ("tests/", "book/teach", "publish/site", "publish/slides", "deck", "book/hub", ".git", ".ci", "CHANGELOG",
+        "CONTRIBUTING", "edition.py", "grading", "grader", "hidden", "__pycache__", ".progress.json")  # fmt: skip
 
 
 @pytest.fixture(scope="module")
