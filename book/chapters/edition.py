@@ -6,6 +6,7 @@ In it: the sheets in place of the chapters, `omx`, the launcher and what it need
 Not in it: solutions, speaker's notes, tests, teaching pages, the grader, history. Fails closed, as the sheets do.
 """
 
+import ast
 import re
 import subprocess
 import tempfile
@@ -18,18 +19,16 @@ from book.chapters.cells import slide_type, source, tags
 from book.chapters.student import Refused, kept_lines, secret_lines, squeeze, student_copy
 from book.setup.paths import ENVIRONMENT, ROOT, WINDOWS, Stop, child_environment
 
-#: What goes along, by glob, and what of that stays here.
+#: What goes along, by glob, with all modules that it imports, and what of that stays here.
 ALONG = (
     "run.py", "environment.txt", "LICENSE", "omx/**/*", "book/__init__.py", "book/setup/**/*", "book/reader/**/*",
-    "book/chapters/**/*", "book/notation.md", "book/errata.md", "book/glossary.md", "book/bibliography.md",
-    "book/static/arm.png",
+    "book/chapters/__init__.py", "book/chapters/generate.py", "book/chapters/execute.py", "book/publish/__init__.py",
+    "book/notation.md", "book/errata.md", "book/glossary.md", "book/bibliography.md", "book/static/arm.png",
+    "book/static/house.css", "book/templates/handin.html",
 )  # fmt: skip
 STAYS = re.compile(
-    r"(^|/)(__pycache__|\.ipynb_checkpoints|\.DS_Store)(/|$)|^book/setup/(lock|extra_envs)\.py$"
-    r"|^book/chapters/(edition|grad\w*|marks|hidden|lab_log|new|check|lint\w*|student|runs)\b"
+    r"(^|/)(__pycache__|\.ipynb_checkpoints|\.DS_Store)(/|$)|^book/(setup/(lock|extra_envs)|chapters/(edition|grad\w*))\.py$"
 )
-#: Kept although the pattern above would leave them here: other parts import them.
-NEEDED = ("book/chapters/student.py", "book/chapters/lint.py", "book/chapters/lint_code.py")
 DATE = (2000, 1, 1, 0, 0, 0)  # the same bytes from the same book
 README = """# Kinematics of the OpenMANIPULATOR-X
 
@@ -84,12 +83,28 @@ def write(target, wheels=False, root=ROOT, graded=()):
 def contents(root=ROOT, graded=()):
     """{name in the edition: bytes}; the checks of `graded` chapters, such as "03", stay here."""
     names = {path.relative_to(root).as_posix() for glob in ALONG for path in root.glob(glob) if path.is_file()}
-    files = {name: (root / name).read_bytes() for name in names if name in NEEDED or not STAYS.search(name)}
+    names = with_imports({name for name in names if not STAYS.search(name)}, root)
+    files = {name: (root / name).read_bytes() for name in names}
     for path in sorted((root / "notebooks").glob("*.ipynb")):
         files[f"notebooks/{path.name}"] = normalise.dumps(
             student_copy(normalise.read(path), path.name[:2] in graded)
         ).encode()
     return {**files, "pyproject.toml": PROJECT.encode()}
+
+
+def with_imports(names, root):
+    """The names, and those of all modules of `book` that they import, one after the other."""
+    found, waiting = set(names), [name for name in names if name.startswith("book/") and name.endswith(".py")]
+    while waiting:
+        for node in ast.walk(ast.parse((root / waiting.pop()).read_text(encoding="utf-8"))):
+            modules = [alias.name for alias in getattr(node, "names", ())] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.ImportFrom) and node.module:
+                modules = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+            new = {f"{module.replace('.', '/')}.py" for module in modules if module.startswith("book.")} - found
+            new = {name for name in new if (root / name).is_file() and not STAYS.search(name)}
+            found |= new
+            waiting += new
+    return found
 
 
 def leaks(files, root=ROOT):

@@ -11,8 +11,8 @@ from book.chapters import edition, generate, normalise, student
 from book.chapters.cells import source, tags
 
 SHEETS = sorted(path.name for path in normalise.NOTEBOOKS.glob("*.ipynb"))
-KEPT = ("tests/", "book/teach", "book/publish", "book/hub", ".git", ".ci", "CHANGELOG", "CONTRIBUTING", "edition.py",
-        "grading", "grader", "hidden", "__pycache__", ".progress.json")  # fmt: skip
+KEPT = ("tests/", "book/teach", "publish/site", "publish/slides", "deck", "book/hub", ".git", ".ci", "CHANGELOG",
+        "CONTRIBUTING", "edition.py", "grading", "grader", "hidden", "__pycache__", ".progress.json")  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -77,6 +77,33 @@ def test_it_runs_where_it_is_unpacked(unpacked, tmp_path):
     code = ("from book.chapters import execute, normalise; p = normalise.NOTEBOOKS / '00-start-here.ipynb'; "
             "print([o.text for c in execute.run(p).cells for o in c.get('outputs', []) if 'text' in o])")  # fmt: skip
     assert "ok  kinematics" in said("-c", code)
+
+
+ALL = """import importlib, pathlib
+for path in sorted(pathlib.Path("book").rglob("*.py")):
+    name = ".".join(path.with_suffix("").parts)
+    if not name.endswith("__init__"):
+        importlib.import_module(name)
+print("all", "there")
+"""
+
+
+def test_every_module_in_it_finds_what_it_imports(unpacked):
+    done = subprocess.run([sys.executable, "-c", ALL], cwd=unpacked, capture_output=True, text=True, check=False,
+                          env={**os.environ, "PYTHONPATH": str(unpacked)})  # fmt: skip
+    assert done.stdout == "all there\n", done.stderr
+
+
+def test_readers_commands_work_in_it(unpacked, tmp_path):
+    """The folder of copies, a chapter given back, the file to hand in: without tests, tools, or the network."""
+    variables = {**os.environ, "PYTHONPATH": str(unpacked), "HOME": str(tmp_path)}
+    for command in (["folder", "update"], ["folder", "reset", "00"], ["handin", "00"]):
+        done = subprocess.run([sys.executable, "-m", f"book.reader.{command[0]}", *command[1:]], cwd=unpacked,
+                              env=variables, capture_output=True, text=True, check=False)  # fmt: skip
+        assert done.returncode == 0, done.stderr
+    assert len(list((unpacked / "work").glob("*.ipynb"))) == len(SHEETS) + 1
+    (page,) = (unpacked / "work").rglob("*.html")
+    assert "exercises pass their checks" in page.read_text(encoding="utf-8")
 
 
 def test_a_sheet_generates_the_modules_as_its_chapter_does(unpacked, tmp_path, monkeypatch):

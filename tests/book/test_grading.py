@@ -1,5 +1,6 @@
 """A round of grading: right answers get their marks, odd ones a sentence, attacks nothing; no round is ever lost."""
 
+import ast
 import copy
 import csv
 import json
@@ -8,7 +9,9 @@ import os
 import pytest
 
 from book.chapters import grading, marks, normalise
+from book.chapters.cells import source, tags
 from book.chapters.student import grade_id
+from book.setup import names
 from book.setup.paths import ROOT, Stop
 from tests.helpers.chapter import chapter, code, markdown
 
@@ -380,3 +383,44 @@ def test_a_check_that_accepts_an_empty_sheet_is_refused(tmp_path):
 def test_the_command_says_in_a_sentence_what_is_wrong(arguments, sentence, tmp_path, capsys):
     assert grading.main([str(tmp_path) if word == "COURSE" else word for word in arguments]) == 1
     assert sentence in capsys.readouterr().err
+
+
+# ---- the book's own checks ----------------------------------------------------------------------------------------
+
+
+def names_in(text, context):
+    return {
+        node.id for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Name) and isinstance(node.ctx, context)
+    }
+
+
+@pytest.mark.parametrize("path", names.chapters(), ids=lambda path: path.stem)
+def test_no_check_needs_what_another_check_has_made(path):
+    """Who skips an exercise, and the grader, who runs each check alone, must not miss its names."""
+    made, elsewhere = set(), set()
+    for cell in normalise.read(path)["cells"]:
+        if cell["cell_type"] == "code" and "check" in tags(cell):
+            own, missing = set(), set()
+            for statement in ast.parse(source(cell)).body:
+                text = ast.unparse(statement)
+                read = names_in(text, ast.Load)
+                if isinstance(statement, ast.AugAssign):
+                    read |= names_in(text, ast.Store)
+                else:
+                    own |= names_in(text, ast.Store) | {n.arg for n in ast.walk(statement) if isinstance(n, ast.arg)}
+                missing |= (read - own) & (elsewhere - made)
+            assert not missing, cell["id"]
+            elsewhere |= own
+        elif cell["cell_type"] == "code":
+            made |= names_in(source(cell), ast.Store) | {
+                node.name for node in ast.walk(ast.parse(source(cell))) if isinstance(node, ast.FunctionDef)
+            }
+
+
+ALL_CHECKS = names.chapters() if os.environ.get("OMX_ALL_CHECKS") else []
+
+
+@pytest.mark.parametrize("path", ALL_CHECKS, ids=lambda path: path.stem)
+def test_each_check_of_the_book_knows_its_solution_and_refuses_nothing_and_nonsense(path, tmp_path):
+    """Minutes for all chapters: `OMX_ALL_CHECKS=1` asks for it. `assign` does the same for the one it hands out."""
+    grading.assign(path, tmp_path)
