@@ -1,4 +1,4 @@
-"""Look at a log that students hand in with chapters 7 and 8: `python -m book.chapters.lab_log side-1.csv ...`.
+"""Look at a log that students hand in with chapters 10 and 11: `python -m book.chapters.lab_log side-1.csv ...`.
 
 Says what is odd about it, a sentence each; the exit status is 1 if anything is. A good one: book/teach/sample-log.csv.
 """

@@ -100,7 +100,7 @@ def _forearm(rows):
 
 
 def _up(rows, fore) -> int:
-    """The sign of the bend with which the forearm bends down, as chapter 4 calls it `up`, seen from the front."""
+    """The sign of the bend with which the forearm bends down, as chapter 5 calls it `up`, seen from the front."""
     turned = sp.sin(rows[0].alpha) * rows[1].a * fore
     return 1 if turned.is_negative else -1
 

@@ -2,7 +2,7 @@
 
 A twist is a column of six, `(v, w)`: the velocity v of the point that is just passing the frame's origin, then the
 angular velocity w, as in the rows of a Jacobian here. (Lynch and Park write w first.) Lengths in mm, angles in rad.
-Chapter 16 derives what is written down here.
+Chapter 4 derives what is written down here.
 """
 
 from collections.abc import Sequence

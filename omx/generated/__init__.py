@@ -11,10 +11,10 @@ from types import ModuleType
 #: The modules that `omx` is made of, and the chapters that write them.
 CHAPTERS = {
     "fk": "03-forward-kinematics",
-    "ik": "04-inverse-kinematics",
-    "jacobian": "05-jacobian",
-    "gravity": "17-weight",
-    "polynomials": "15-very-many-poses",
+    "ik": "05-inverse-kinematics",
+    "jacobian": "07-jacobian",
+    "gravity": "08-weight",
+    "polynomials": "21-very-many-poses",
 }
 
 #: What the package itself calls in each of them.

@@ -1,6 +1,6 @@
 // What gravity does to the joints of the OpenMANIPULATOR-X.
 //
-// Written by notebooks/17-weight.ipynb. Do not edit: change the chapter and run it.
+// Written by notebooks/08-weight.ipynb. Do not edit: change the chapter and run it.
 // Lengths are in mm, angles in rad.
 
 /** Torque of gravity on joints 2, 3, 4 (N mm), positive where it pitches the joint down. Masses in kg, g in m/s^2. 33 operations and 7 sines and cosines. */

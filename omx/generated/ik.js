@@ -1,6 +1,6 @@
 // Inverse kinematics of the OpenMANIPULATOR-X.
 //
-// Written by notebooks/04-inverse-kinematics.ipynb. Do not edit: change the chapter and run it.
+// Written by notebooks/05-inverse-kinematics.ipynb. Do not edit: change the chapter and run it.
 // Lengths are in mm, angles in rad.
 
 const wrap = (angle) => angle - 2*Math.PI*Math.ceil(angle/(2*Math.PI) - 0.5);

@@ -1,6 +1,6 @@
 """Sine, cosine and arc tangent as polynomials, exact to rounding in the ranges given.
 
-Written by notebooks/15-very-many-poses.ipynb. Do not edit: change the chapter and run it.
+Written by notebooks/21-very-many-poses.ipynb. Do not edit: change the chapter and run it.
 Lengths are in mm, angles in rad.
 """
 

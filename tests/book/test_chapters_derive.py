@@ -12,7 +12,7 @@ import omx
 from book.chapters import execute, normalise
 from omx.derive.store import GENERATED
 
-DERIVATIONS = ("03-forward-kinematics", "04-inverse-kinematics", "05-jacobian")
+DERIVATIONS = ("03-forward-kinematics", "05-inverse-kinematics", "07-jacobian")
 
 #: What a reader changes in chapter 03: a length, an offset, and a hand that carries a tool of 20 mm.
 EDITS = (

@@ -618,7 +618,7 @@ def test_one_rule_names_a_chapter(name, chapter):
 @pytest.mark.parametrize(
     ("name", "told"),
     [
-        ("lab", "fits more than one chapter: 07-lab-fk, 08-lab-ik"),
+        ("lab", "fits more than one chapter: 10-lab-fk, 11-lab-ik"),
         ("77", "There is no chapter '77'; the chapters are 00-"),
         ("build/student/01", "There is no file 'build/student/01'"),
         ("../01-planar-arms.ipynb", "There is no file"),

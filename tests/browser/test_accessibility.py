@@ -56,7 +56,7 @@ def test_axe_finds_nothing_serious_in_a_scene_with_its_menu_open(browser, home, 
     context.close()
 
 
-@pytest.mark.parametrize("name", ["03-forward-kinematics", "06-servos-and-the-wire"])
+@pytest.mark.parametrize("name", ["03-forward-kinematics", "09-servos-and-the-wire"])
 def test_axe_finds_nothing_serious_in_a_deck(look, name):
     look.open(f"slides/{name}.html").page.wait_for_selector("body[data-ready]", timeout=120_000)
     assert serious(look.page) == []
@@ -118,7 +118,7 @@ SPACED = "* { line-height: 1.5 !important; letter-spacing: 0.12em !important; wo
 
 
 def test_words_set_wider_stay_on_the_page(look):
-    look.open("notebooks/06-servos-and-the-wire.html").settle().page.add_style_tag(content=SPACED)
+    look.open("notebooks/09-servos-and-the-wire.html").settle().page.add_style_tag(content=SPACED)
     assert look.page.evaluate("document.documentElement.scrollWidth") <= 1280
     answer = look.page.locator(".omx-panel .omx-answer")
     assert answer.evaluate("(a) => a.scrollHeight <= a.clientHeight + 1")
@@ -127,7 +127,7 @@ def test_words_set_wider_stay_on_the_page(look):
 def test_nothing_moves_by_itself_for_those_who_ask_for_rest(browser, home):
     context = browser.new_context(viewport={"width": 1280, "height": 860}, reduced_motion="reduce")
     with Look(context, home) as look:
-        look.open("notebooks/06-servos-and-the-wire.html").settle()
+        look.open("notebooks/09-servos-and-the-wire.html").settle()
         frame = look.scene(look.page.locator(".omx-scene[data-scene]").last)
         assert frame.evaluate("omxScene.viewer.animator.actions.length") > 0
         assert not frame.evaluate("omxScene.viewer.animator.playing")

@@ -257,7 +257,7 @@ def test_the_sliders_of_a_row_move_its_frames_and_its_matrix(look):
 
 
 def test_a_robots_panel_says_what_it_can_do_elsewhere(look):
-    look.open("notebooks/07-lab-fk.html").settle()
+    look.open("notebooks/10-lab-fk.html").settle()
     box = look.page.locator(".omx-robot")
     frame = look.scene(box.locator(".omx-scene"))
     box.get_by_role("button", name="zero").click()
@@ -375,7 +375,7 @@ def test_arrows_in_a_wide_formula_scroll_it_and_the_page_stays(browser, home):
 
 
 def test_the_section_of_the_workspace_turns_with_the_arm(look):
-    look.open("notebooks/11-workspace.html").settle()
+    look.open("notebooks/16-workspace.html").settle()
     panel = look.page.locator(".omx-panel").first
     frame = look.scene(panel.locator(".omx-scene"))
     panel.get_by_role("slider").first.fill("60")

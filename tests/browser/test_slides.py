@@ -68,7 +68,7 @@ WRONG = {
 @pytest.mark.parametrize("fault", WRONG)
 def test_the_check_names_each_fault(look, fault):
     look.page.add_init_script(handout.NO_SCENES)
-    start(look, "10-other-arms")
+    start(look, "14-other-arms")
     change = f"const slide = Reveal.getSlides()[2], paragraph = slide.querySelector('p'); {WRONG[fault]}"
     look.page.evaluate(f"() => {{ {change} }}")
     assert fault in slide_lint.faults(slide_lint.measure(look.page)[2])
@@ -76,7 +76,7 @@ def test_the_check_names_each_fault(look, fault):
 
 def test_code_without_its_sentence_is_a_fault(look):
     look.page.add_init_script(handout.NO_SCENES)
-    start(look, "10-other-arms")
+    start(look, "14-other-arms")
     look.page.evaluate("""() => {
       const slide = document.querySelector(".code").closest("section");
       slide.id = "bare";

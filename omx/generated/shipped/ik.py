@@ -1,6 +1,6 @@
 """Inverse kinematics of the OpenMANIPULATOR-X.
 
-Written by notebooks/04-inverse-kinematics.ipynb. Do not edit: change the chapter and run it.
+Written by notebooks/05-inverse-kinematics.ipynb. Do not edit: change the chapter and run it.
 Lengths are in mm, angles in rad. `..._batch` is the same formula for columns: arrays of one
 shape, NumPy's or those of another library that keeps to the array API standard.
 """

@@ -1,6 +1,6 @@
 // Jacobian of the OpenMANIPULATOR-X.
 //
-// Written by notebooks/05-jacobian.ipynb. Do not edit: change the chapter and run it.
+// Written by notebooks/07-jacobian.ipynb. Do not edit: change the chapter and run it.
 // Lengths are in mm, angles in rad.
 
 /** Geometric Jacobian, 6x4. 30 operations and 8 sines and cosines. */

@@ -49,7 +49,7 @@ class Robot:
     of your own. `idle_s`: an arm that nobody has asked for anything for so long parks; None: never. `clock`: time of
     the virtual arm. Left out, it moves only when somebody waits for it, and in real time once a `RobotPanel` looks on;
     `Clock(10)` is ten times as fast. What is worth knowing is said by the logger "omx.robot", in a notebook below the
-    cell. `calibration`: what chapter 12 found for this very arm, or the file that `save_calibration` wrote; its lengths
+    cell. `calibration`: what chapter 17 found for this very arm, or the file that `save_calibration` wrote; its lengths
     count unless `geometry` is given. Nothing of it is written to the servos.
     Raises `NotReady` with everything that is wrong, or a `PortError`.
     """
