@@ -1,7 +1,7 @@
 """Forward and inverse kinematics and the Jacobian: the face of the generated formulas, for one pose or many.
 
 Positions are in mm in the base frame (z up along the axis of joint 1), angles in rad. `pitch` is the angle of
-the last link above the horizontal, -(q2 + q3 + q4). Derived in chapters 03 to 07.
+the last link above the horizontal, -(q2 + q3 + q4). Derived in chapters 03, 05 and 07.
 """
 
 import warnings

@@ -135,7 +135,7 @@ def exercises(cells):
                 if tag == "exercise" and "hint" not in source(cell).lower():
                     yield number, "is an exercise without a hint"
                 if tag == "exercise" and not re.match(r"### Exercise \d+\.\d+\b", source(cell)):
-                    yield number, "is an exercise that does not begin with its heading, `### Exercise 10.1 · Its name`"
+                    yield number, "is an exercise that does not begin with its heading, `### Exercise 7.1 · Its name`"
                 in_words = tag == "solution" and not is_code(cell) and state != "solution"
                 state = "written" if in_words else tag
     if state not in ("check", "written"):

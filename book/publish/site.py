@@ -75,7 +75,7 @@ def finish(site=SITE):
 
 
 def name_exercises(index):
-    """Let a search for "exercise 5.4" find that first: Sphinx asks that the words be half of a title."""
+    """Let a search for "exercise 4.4" find that first: Sphinx asks that the words be half of a title."""
     call, _, data = index.read_text(encoding="utf-8").partition("(")
     found = json.loads(data.rstrip().removesuffix(")"))
     for title, places in found["alltitles"].items():
