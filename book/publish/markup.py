@@ -14,7 +14,7 @@ from pygments.lexers import PythonLexer
 
 from book.chapters import cells
 from book.chapters.cells import text_of
-from book.publish import pages, screen
+from book.publish import pages, slide_content
 
 MOST_LINES = 20
 EQUALS = re.compile(r"(?<=\\right\]) = (?=\\left\[)")
@@ -118,9 +118,9 @@ def prose(text):
 
 
 def screened(source, whole=False, alone=False):
-    """The HTML of prose for the screen, and of what is only said (`screen.split`)."""
-    tokens = _MARKDOWN.parse(LINK.sub(link, screen.COMMENT.sub("", source)))
-    shown, said = screen.split(tokens, _MARKDOWN.parseInline, whole, alone)
+    """The HTML of prose for the screen, and of what is only said (`slide_content.split`)."""
+    tokens = _MARKDOWN.parse(LINK.sub(link, slide_content.COMMENT.sub("", source)))
+    shown, said = slide_content.split(tokens, _MARKDOWN.parseInline, whole, alone)
     return html_of(shown).strip(), html_of(said).strip()
 
 

@@ -5,8 +5,8 @@ Paths without times, the torques that a motion asks for, and the fastest timing 
 
 from .differential_ik import iterate, joint_velocity, manipulability, task_error, task_jacobian
 from .dynamics import motor_torques
-from .overhead import legs
 from .paths import Path, in_joints, rounded, spline_path
+from .pick_moves import legs
 from .time_optimal import Allowed, controllable, fastest, torque_lines
 from .trajectory import Trajectory, cubic, joint_move, joint_path, joint_spline, line, quintic, trapezoid
 

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from book.publish import deck, markup, screen
+from book.publish import deck, markup, slide_content
 from tests.helpers.chapter import SOLUTION, chapter, code, markdown, printed
 
 SCENE = {
@@ -80,7 +80,7 @@ def test_what_of_a_paragraph_is_for_the_screen(text, on_screen):
     seen, said = shown(text)
     assert seen == on_screen
     if "$$" not in text:
-        for sentence in screen.sentences(text.split("\n\n")[0]):
+        for sentence in slide_content.sentences(text.split("\n\n")[0]):
             words = re.sub(r"[*$]", "", sentence)
             assert words.split()[0] in seen + said
 

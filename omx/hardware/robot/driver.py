@@ -42,7 +42,7 @@ from .brake import Brake
 from .discovery import Condition, look_over
 from .gripper import Gripper
 from .monitor import Monitor, Reading, Watch
-from .pushing import Pushing
+from .push_by_current import Pushing
 from .rescue import LOOK_S, Rescue, port_lost
 from .servo_group import HOLD_SLACK, JOINTS, Servos, again
 

@@ -10,7 +10,7 @@ from ..dynamixel import units
 from ..safety import STALL_MA
 from . import gate
 from .driver import Driver, Reading
-from .pushing import UNREPEATED_S
+from .push_by_current import UNREPEATED_S
 from .servo_group import JOINTS
 
 

@@ -5,7 +5,7 @@
 """
 
 from ..clock import Clock, SteppedClock
-from .things import Thing, cube, cup
+from .objects import Thing, cube, cup
 from .virtual_arm import VirtualArm
 from .virtual_port import VirtualPort
 from .world import World

@@ -24,7 +24,7 @@ from ...errors import BadInput
 from ...generated import fk as _fk
 from ...geometry import COURSE, Geometry
 from .grasp import MU, Grasped
-from .things import UP, Thing, rotation
+from .objects import UP, Thing, rotation
 
 #: Friction between things and the table.
 MU_TABLE = 0.5
