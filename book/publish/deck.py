@@ -1,8 +1,8 @@
 """One executed chapter as the HTML of a slide deck.
 
 A cell's heading or `slide_type` begins a slide. On it stand what `slide_content.py` leaves of the prose, code with what
-it prints, figures and scenes; the rest of the prose is in the notes. What cannot be parted without harm, a sentence with
-its code, or a picture, is one `.unit`; `deck.js` fills slides with units and makes each slide fit its pixels.
+it prints, figures and scenes; the rest of the prose is in the notes. What cannot be parted without harm, a sentence
+with its code, or a picture, is one `.unit`; `deck.js` fills slides with units and makes each slide fit its pixels.
 """
 
 import html
