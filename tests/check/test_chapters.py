@@ -57,7 +57,7 @@ RIGHT_ALL_THE_SAME = {
     **{name: {"arc sine of its sine"} for name in ("turned_by", "jams")},  # angles below pi/2
     "release_heights": {"returns: off by one", "returns: off by a little"},  # anywhere within 5 mm
     "looks": {"off by a little", "reversed"},  # any six good pictures, in any order
-    "sort_plan": {"returns: in another order", "returns: reversed"},  # the order does not matter
+    "sorting": {"in another order", "reversed"},  # the order does not matter
     "is_rigid": {"returns: one for True"},
     "reaches": {"returns: one for True"},
 }

@@ -1,4 +1,4 @@
-"""One pick each by many imperfect arms, over the wire, beside what the error budget of chapter 12 says of them.
+"""One pick each by many imperfect arms, over the wire, beside what the error budget says of them.
 
 python -m tests.helpers.picks 200
 """
