@@ -63,7 +63,7 @@
   // Wide formulas and tables get smaller type, long lines of code somewhat, and then a new line; the worst block's scale.
   function narrow(section, room, most) {
     let worst = 1;
-    const code = [...section.querySelectorAll(".code pre")], printed = [...section.querySelectorAll("pre.output")];
+    const code = [...section.querySelectorAll(".code pre")], printed = [...section.querySelectorAll("pre")].filter((pre) => !pre.closest(".code"));
     for (const group of [code, ...printed.map((pre) => [pre])]) {
       for (const pre of group) pre.classList.remove("wrapped");
       for (const pre of group) pre.style.fontSize = `${most}px`;

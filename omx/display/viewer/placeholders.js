@@ -9,7 +9,7 @@
   // The frame's page for one placeholder; the handouts' printer uses it, too.
   function page(box) {
     const { shell, viewer, stock, start } = OMX_VIEW;
-    const config = JSON.stringify({ ...JSON.parse(box.dataset.config), dark: isDark() }).replaceAll("<", "\\u003c");
+    const config = JSON.stringify({ ...JSON.parse(box.dataset.config), dark: isDark(), keys: document.documentElement.dataset.keys }).replaceAll("<", "\\u003c");
     const text = (id, data) => '<script type="text/plain" id="' + id + '">' + data + "</" + "script>";
     const run = "<script>" + start + "</" + "script>";
     return shell.replace("/*config*/{}", () => config)

@@ -80,11 +80,16 @@
     const below = Object.entries(children).filter(([name]) => !name.startsWith("<"));
     return Object.assign({ [path]: object.matrix.elements }, ...below.map(([name, node]) => places(node, `${path}/${name}`)));
   }
-  // Keys that nothing here wants are the page's: on a slide, a click into the scene must not stop the clicker.
-  document.addEventListener("keydown", (event) => {
-    if (event.defaultPrevented || event.ctrlKey || event.altKey || event.metaKey) return;
-    window.parent.postMessage({ omx: "key", key: event.key, code: event.keyCode }, "*");
-  });
+  // On a slide, keys are the speaker's after a click in here, too; who has come by Tab keeps them.
+  let clicked = false;
+  window.addEventListener("pointerdown", () => { clicked = window.OMX_CONFIG.keys === "page"; }, { capture: true });
+  window.addEventListener("keydown", (event) => {
+    if (event.key === "Tab") clicked = false;
+    if (!clicked || event.ctrlKey || event.altKey || event.metaKey) return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+    window.parent.postMessage({ omx: "key", code: event.keyCode }, "*");
+  }, { capture: true });
   document.body.dataset.ready = "true";
   window.parent.postMessage({ omx: "ready" }, "*"); // the page may now move it
 })();
