@@ -16,11 +16,16 @@ SECOND = [
 ]
 
 
+CELLS = [*chapter(), *SECOND]
+#: The id of the last check.
+CHECK = f"cell-{len(CELLS) - 1}"
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A folder with one notebook of two exercises."""
     made = tmp_path_factory.mktemp("work")
-    cells = [{**cell, "id": f"cell-{n}"} for n, cell in enumerate([*chapter(), *SECOND])]
+    cells = [{**cell, "id": f"cell-{n}"} for n, cell in enumerate(CELLS)]
     (made / "07-lines.ipynb").write_text(json.dumps({"cells": cells}), encoding="utf-8")
     (made / "broken.ipynb").write_text("{}")
     return made
@@ -31,7 +36,7 @@ def run(folder):
     """Run a cell as JupyterLab does, with its id; (error as shown, printed text, displayed text)."""
     manager, client = start_new_kernel(cwd=str(folder))
 
-    def run(code, cell="cell-14"):
+    def run(code, cell=CHECK):
         message = client.session.msg("execute_request", {"code": code, "silent": False, "store_history": True})
         message["metadata"]["cellId"] = cell
         client.shell_channel.send(message)
@@ -91,7 +96,7 @@ def test_a_cell_without_checks_shows_its_errors_in_full_and_ours_shortly(run):
 
 def test_a_passed_check_has_a_tick_and_is_kept_on_this_disk(run, folder):
     assert run("check.value(3.0, 3.0, 'half')")[1:] == ("Correct: half.\n", "✓ 1 of 2 exercises of this chapter done.")
-    assert json.loads((folder / passed.FILE).read_text())["cell-14"] is True
+    assert json.loads((folder / passed.FILE).read_text())[CHECK] is True
     found = check.progress(folder)
     assert "Straight lines: 1 of 2 done" in str(found)
     assert "✓ Exercise 7.2 · Half of it" in str(found)
