@@ -9,7 +9,7 @@ NAME = "third-party-notices.txt"
 #: Python packages whose scripts, styles or bundles are copied into what is built.
 SCENES = ("meshcat",)
 SLIDES = (*SCENES, "pygments")
-SITE = (*SLIDES, "sphinx", "sphinx-book-theme", "pydata-sphinx-theme", "myst-nb")
+SITE = (*SLIDES, "sphinx", "sphinx-book-theme", "pydata-sphinx-theme", "sphinx-design", "myst-nb")
 LITE = (*SCENES, "jupyterlite-core", "jupyterlite-pyodide-kernel")
 NPM = ("mathjax", "reveal.js")
 HEAD = """This folder carries work of others. The book's own text is CC BY 4.0, its own code BSD 3-Clause. What follows
