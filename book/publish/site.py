@@ -27,6 +27,8 @@ SITE, DOCTREES = BUILD / "site", BUILD / "doctrees"
 ICON = re.compile(r'("?)([a-z0-9-]+)\1:\[\d+,\d+,\[[^\]]*\],"[0-9a-f]*",(?:"[^"]*"|\[[^\]]*\])\],?')
 EXERCISE = re.compile(r"Exercise \d+\.\d+")
 SEARCH = re.compile(r'<script src="[^"]*(?:searchtools|searchindex|language_data)\.js[^"]*"></script>\s*')
+#: `{div}` comes from an extension for cards and tabs, and these with it, which no page uses: 60 kB.
+UNUSED = re.compile(r"<link [^>]*sphinx-design[^>]*>\s*|<script [^>]*design-tabs\.js[^>]*></script>\s*")
 HANDOUTS = re.compile(f"{pages.HANDOUTS}.*?<!--/-->")
 ICON_FONT = re.compile(r'@font-face\{[^}]*Font Awesome[^}]*\}|(?:\.fa-[a-z0-9-]+,?)+\{--fa:"[^}]*\}')
 
@@ -65,12 +67,13 @@ def finish(site=SITE):
         encoding="utf-8",
     )
     for page in site.rglob("*.html"):
+        text = UNUSED.sub("", page.read_text(encoding="utf-8"))
         if page.name != "search.html":  # the only page that searches
-            text = SEARCH.sub("", page.read_text(encoding="utf-8"))
-            update(page, HANDOUTS.sub(handouts(site / "slides" / page.name), text).encode())
+            text = SEARCH.sub("", text)
+        update(page, HANDOUTS.sub(handouts(site / "slides" / page.name), text).encode())
     name_exercises(site / "searchindex.js")
     thin_icons(site)
-    for path in site.rglob("*.map"):
+    for path in [*site.rglob("*.map"), *site.glob("_static/sphinx-design*"), *site.glob("_static/design-*")]:
         path.unlink()
 
 
