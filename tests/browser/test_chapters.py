@@ -1,10 +1,4 @@
-"""A chapter as a reader meets it: it runs without an error, its scene shows, its sliders move the arm.
-
-One of each kind; `OMX_ALL_PAGES=1` takes every chapter. All of them run without a browser, and on the site, anyway.
-"""
-
-import os
-import re
+"""Every chapter as a reader meets it: it runs without an error, its scene shows, its sliders move the arm."""
 
 import pytest
 
@@ -12,11 +6,9 @@ from book.chapters import normalise
 from tests.browser.pages import fatal, is_blank, pixels
 
 CHAPTERS = sorted(path.name for path in normalise.NOTEBOOKS.glob("*.ipynb"))
-KINDS = "start-here|frames|forward|inverse|weight|servos|lab-ik|trajectories|six-joints|pick"
-OPENED = [name for name in CHAPTERS if os.environ.get("OMX_ALL_PAGES") or re.search(KINDS, name)]
 
 
-@pytest.mark.parametrize("name", OPENED)
+@pytest.mark.parametrize("name", CHAPTERS)
 def test_chapter(name, lab, open_page):
     page = open_page(lab.root / "notebooks" / name)
     ports = lab.listening()
