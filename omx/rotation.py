@@ -1,7 +1,7 @@
-"""A rotation matrix as three angles: roll, pitch, yaw.
+"""A rotation matrix as three angles, roll, pitch, yaw, or as a vector: an axis times an angle.
 
-Convention: R = Rz(yaw) Ry(pitch) Rx(roll). Read from left to right, these are turns about the axes of the moving
-frame (z, then the new y, then the newest x); read from right to left, about the fixed axes x, y, z.
+Convention of the angles: R = Rz(yaw) Ry(pitch) Rx(roll). Read from left to right, these are turns about the axes of the
+moving frame (z, then the new y, then the newest x); read from right to left, about the fixed axes x, y, z.
 """
 
 import math
@@ -55,3 +55,26 @@ def to_rpy(R) -> RPY:
     yaw = math.atan2(R[1, 0], R[0, 0])
     cy, sy = math.cos(yaw), math.sin(yaw)  # roll from what the yaw leaves: near +-90 deg the two must fit each other
     return RPY(math.atan2(sy * R[0, 2] - cy * R[1, 2], cy * R[1, 1] - sy * R[0, 1]), pitch, yaw)
+
+
+def from_vector(vector) -> np.ndarray:
+    """The rotation (3, 3) about `vector` (3,) by its length (rad): Rodrigues' formula."""
+    vector = as_rows(vector, "vector", 3, "an axis times an angle in rad", many=False)
+    angle = float(np.linalg.norm(vector))
+    x, y, z = vector / angle if angle > 1e-12 else vector
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + (math.sin(angle) * K + (1 - math.cos(angle)) * K @ K if angle > 1e-12 else K)
+
+
+def to_vector(R) -> np.ndarray:
+    """Axis times angle (3,), rad, of a rotation (3, 3): the short way, and for half a turn either of the two."""
+    R = as_rows(R, "R", 3, "a rotation matrix (3, 3)")
+    if R.shape != (3, 3):
+        raise BadInput(f"`R` must be a rotation matrix (3, 3); got shape {R.shape}.")
+    axis = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+    sine, cosine = 0.5 * np.linalg.norm(axis), 0.5 * (np.trace(R) - 1.0)
+    if sine < 1e-9 and cosine < 0:
+        outer = 0.5 * (R + np.eye(3))
+        column = outer[:, int(np.argmax(np.diag(outer)))]
+        return np.pi * column / np.linalg.norm(column)
+    return axis * (0.5 if sine < 1e-9 else 0.5 * math.atan2(sine, cosine) / sine)

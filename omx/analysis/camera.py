@@ -6,12 +6,13 @@ picture's left upper corner. Lengths in mm; `flat` are the corners of a mark in 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import atan2, sqrt
+from math import sqrt
 
 import numpy as np
 
 from ..arrays import as_number, as_rows, shown
 from ..errors import BadInput, NotIdentifiable
+from ..rotation import from_vector, to_vector
 
 #: Nearer than this (mm) nothing is in focus, and a point behind the camera is in no picture.
 NEAREST = 1.0
@@ -164,28 +165,6 @@ def motions(T) -> np.ndarray:
     return np.linalg.inv(T[j]) @ T[i]
 
 
-def turn_vector(R) -> np.ndarray:
-    """The axis of a rotation matrix (3, 3) times its angle (rad), (3,)."""
-    R = as_rows(R, "R", 3, "a rotation matrix (3, 3)")
-    if R.shape != (3, 3):
-        raise BadInput(f"`R` must be a rotation matrix (3, 3); got shape {R.shape}.")
-    way = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
-    size, rest = np.linalg.norm(way), np.trace(R) - 1
-    if size > 1e-6 or rest > 0:
-        return way * (atan2(size, rest) / size if size > 1e-12 else 0.5)
-    square = (R + np.eye(3)) / 2  # half a turn
-    return square[:, int(np.diag(square).argmax())] / sqrt(np.diag(square).max()) * np.pi
-
-
-def turned(vector) -> np.ndarray:
-    """The rotation matrix (3, 3) of a turn about `vector` (3,) by its length (rad)."""
-    vector = as_rows(vector, "vector", 3, "an axis times an angle in rad", many=False)
-    angle = float(np.linalg.norm(vector))
-    x, y, z = vector / angle if angle > 1e-12 else vector
-    k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + (np.sin(angle) * k + (1 - np.cos(angle)) * k @ k if angle > 1e-12 else k)
-
-
 def _poses(T, name: str) -> np.ndarray:
     """`T` as poses (N, 4, 4), N > 0."""
     T = as_rows(T, name, 4, "poses (N, 4, 4)")
@@ -197,11 +176,11 @@ def _poses(T, name: str) -> np.ndarray:
 def _closed_form(hands, seen) -> np.ndarray:
     """T_tool_tag from A X = X B, where A are motions of the hand and B those of the tag before the camera."""
     A, B = motions(hands), motions(seen)
-    axes = np.array([turn_vector(a[:3, :3]) for a in A])
+    axes = np.array([to_vector(a[:3, :3]) for a in A])
     rest = A[:, :3, :3] - np.eye(3)
     if len(hands) < 3 or np.linalg.svd(rest.reshape(-1, 3))[1][2] < 1e-3:
         raise NotIdentifiable(("the height of the camera", "the height of the tag in the hand"))
-    others = np.array([turn_vector(b[:3, :3]) for b in B])
+    others = np.array([to_vector(b[:3, :3]) for b in B])
     X = np.eye(4)
     X[:3, :3] = _nearest_rotation(axes.T @ others)
     X[:3, 3] = np.linalg.lstsq(rest.reshape(-1, 3), (B[:, :3, 3] @ X[:3, :3].T - A[:, :3, 3]).reshape(-1), rcond=None)[
@@ -231,7 +210,7 @@ def _moved(T, step) -> np.ndarray:
     out = T.copy()
     for i, part in enumerate(step.reshape(-1, 6)):
         out[i, :3, 3] += part[:3]
-        out[i, :3, :3] = turned(part[3:]) @ T[i, :3, :3]
+        out[i, :3, :3] = from_vector(part[3:]) @ T[i, :3, :3]
     return out
 
 

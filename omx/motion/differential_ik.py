@@ -14,6 +14,7 @@ from ..dh import Chain
 from ..errors import BadInput
 from ..geometry import COURSE, Geometry, as_arm
 from ..kinematics import JOINT_ANGLES, TASK_POSE
+from ..rotation import to_vector
 
 #: How many millimetres one radian of pitch counts as: the length of the hand.
 RADIAN_MM = 126.0
@@ -134,7 +135,7 @@ def _chain_task(pose, chain: Chain):
         T, J = chain.fk(q), chain.jacobian(q)
         if rotation is None:
             return point - T[:3, 3], J[:3]
-        turn = _rotation_vector(rotation @ T[:3, :3].T)
+        turn = to_vector(rotation @ T[:3, :3].T)
         weights = np.repeat([1.0, RADIAN_MM], 3)
         return np.concatenate([point - T[:3, 3], turn]) * weights, J * weights[:, None]
 
@@ -150,17 +151,6 @@ def _damped(J, wanted, damping: float) -> np.ndarray:
     turned = np.swapaxes(J, -1, -2)
     inner = J @ turned + damping**2 * np.eye(J.shape[-2])
     return (turned @ np.linalg.solve(inner, wanted[..., None]))[..., 0]
-
-
-def _rotation_vector(R) -> np.ndarray:
-    """Axis times angle (3,), rad, of a rotation: the short way, at most half a turn."""
-    axis = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
-    sine, cosine = 0.5 * np.linalg.norm(axis), 0.5 * (np.trace(R) - 1.0)
-    if sine < 1e-9 and cosine < 0:  # half a turn, about either sense of the axis
-        outer = 0.5 * (R + np.eye(3))
-        column = outer[:, int(np.argmax(np.diag(outer)))]
-        return np.pi * column / np.linalg.norm(column)
-    return axis * (0.5 if sine < 1e-9 else 0.5 * np.arctan2(sine, cosine) / sine)
 
 
 def _one(value, name: str, columns: int, wanted: str) -> np.ndarray:

@@ -16,16 +16,15 @@ from omx.analysis.camera import (
     homography,
     motions,
     planar_pose,
-    turn_vector,
-    turned,
 )
 from omx.errors import BadInput, NotIdentifiable
+from omx.rotation import from_vector, to_vector
 
 FLAT = np.array([[-20, 20], [-20, -20], [20, -20], [20, 20]], dtype=float)
 CAMERA = Pinhole.looking((180, -40, 650), (150, 0, 0))
 #: A tag glued on top of the hand, a little askew: its z axis points away from the hand, -y of the tool.
 TAG = np.eye(4)
-TAG[:3, :3] = turned([0.03, -0.02, 0.04]) @ np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])
+TAG[:3, :3] = from_vector([0.03, -0.02, 0.04]) @ np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])
 TAG[:3, 3] = -40, -30, 2
 
 
@@ -87,7 +86,7 @@ def test_what_cannot_be_is_refused(ask, said):
 @given(st.floats(-1.2, 1.2), st.floats(-1.2, 1.2), st.floats(-3, 3), st.floats(150, 900))
 def test_four_corners_without_noise_give_the_pose_exactly(a, b, c, depth):
     T = np.eye(4)
-    T[:3, :3] = turned([0, 0, c]) @ turned([a, 0, 0]) @ turned([0, b, 0]) @ np.diag([1, -1, -1])
+    T[:3, :3] = from_vector([0, 0, c]) @ from_vector([a, 0, 0]) @ from_vector([0, b, 0]) @ np.diag([1, -1, -1])
     T[:3, 3] = 0.1 * depth, -0.2 * depth, depth
     seen = (T @ np.column_stack((FLAT, np.zeros(4), np.ones(4))).T)[:3]
     pixels = (CAMERA.K @ seen)[:2].T / seen[2][:, None]
@@ -148,7 +147,7 @@ def test_a_turned_base_is_a_turned_camera():
     """An offset of joint 1 goes into the camera: relative to the readings, everything is found as well as before."""
     T = hands(12)
     base = np.eye(4)
-    base[:3, :3] = turned([0, 0, 0.02])
+    base[:3, :3] = from_vector([0, 0, 0.02])
     found = hand_eye(T, FLAT, pictures(base @ T), CAMERA)
     assert found.pixels < 1e-9
     assert np.allclose(base @ found.camera.T_base_camera, CAMERA.T_base_camera, atol=1e-7)
@@ -157,7 +156,7 @@ def test_a_turned_base_is_a_turned_camera():
 @pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-3, 1.0, math.pi - 1e-7, math.pi])
 def test_a_turn_and_its_vector_are_two_names_of_one_thing(angle):
     for axis in ([1, 0, 0], [0, 0.6, -0.8], [-0.36, 0.48, 0.8]):
-        R = turned(angle * np.array(axis))
+        R = from_vector(angle * np.array(axis))
         assert np.allclose(R.T @ R, np.eye(3), atol=1e-12)
-        assert np.allclose(turned(turn_vector(R)), R, atol=1e-6)
-        assert np.linalg.norm(turn_vector(R)) == pytest.approx(angle, abs=1e-6)
+        assert np.allclose(from_vector(to_vector(R)), R, atol=1e-6)
+        assert np.linalg.norm(to_vector(R)) == pytest.approx(angle, abs=1e-6)

@@ -103,7 +103,8 @@ SOUND = {
     "directions": [(0, 0, 1), (0, 1, 0)], "tool": np.eye(4), "described": omx.urdf.text(),
     "arm": CHAIN, "path": "arm.urdf", "zero": np.eye(4), "T": np.eye(4), "progress": None,
     "random": np.random.default_rng(0), "columns": 4, "wanted": "numbers",
-    "target": (0.5, 1.0), "targets": [(0.5, 1.0)] * 3, "trials": 20, "chance": 0.5, "place": (150.0, 30.0),
+    "target": (0.5, 1.0), "targets": [(0.5, 1.0)] * 3, "vector": (0.1, -0.2, 0.3),
+    "trials": 20, "chance": 0.5, "place": (150.0, 30.0),
     "above": 95.0, "sure": 0.9, "z": 40.0,
 }  # fmt: skip
 SOUND_FOR = {

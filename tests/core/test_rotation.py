@@ -6,7 +6,7 @@ import sympy as sp
 
 import omx
 from omx.errors import BadInput
-from omx.rotation import from_rpy, to_rpy
+from omx.rotation import from_rpy, from_vector, to_rpy, to_vector
 
 RNG = np.random.default_rng(2)
 
@@ -41,3 +41,30 @@ def test_a_transform_of_the_arm_is_taken_as_it_is():
 def test_what_is_no_rotation_is_refused(R):
     with pytest.raises(BadInput, match="`R`"):
         to_rpy(R)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-13, 1e-9, 1e-3, 1.0, 3.0, np.pi - 1e-7, np.pi - 1e-10, np.pi])
+def test_a_vector_is_a_turn_and_comes_back(angle):
+    for axis in [*np.eye(3), *-np.eye(3), *RNG.normal(size=(20, 3))]:
+        axis = axis / np.linalg.norm(axis)
+        R = from_vector(angle * axis)
+        np.testing.assert_allclose(R.T @ R, np.eye(3), atol=1e-12)
+        np.testing.assert_allclose(R @ axis, axis, atol=1e-12)
+        np.testing.assert_allclose(np.trace(R), 1 + 2 * np.cos(angle), atol=1e-12)
+        found = to_vector(R)
+        np.testing.assert_allclose(from_vector(found), R, atol=2e-7)
+        if angle < 3.1:
+            np.testing.assert_allclose(found, angle * axis, atol=1e-12)
+
+
+def test_a_vector_turns_about_an_axis_as_angles_do():
+    for angle in RNG.uniform(-3, 3, 10):
+        np.testing.assert_allclose(from_vector([0, 0, angle]), from_rpy(0, 0, angle), atol=1e-14)
+        np.testing.assert_allclose(from_vector([0, angle, 0]), from_rpy(0, angle, 0), atol=1e-14)
+        np.testing.assert_allclose(from_vector([angle, 0, 0]), from_rpy(angle, 0, 0), atol=1e-14)
+
+
+@pytest.mark.parametrize("wrong", [np.eye(4), np.ones(3), [np.eye(3)] * 2, None])
+def test_a_vector_wants_one_matrix(wrong):
+    with pytest.raises(BadInput):
+        to_vector(wrong)

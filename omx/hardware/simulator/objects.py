@@ -7,6 +7,7 @@ import numpy as np
 
 from ...arrays import as_number
 from ...errors import BadInput
+from ...rotation import from_vector
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -92,7 +93,7 @@ class Thing:
 
     def turn(self, axis, angle: float) -> None:
         """Turn it about its middle, `angle` (rad) about the unit vector `axis`."""
-        self.T[:3, :3] = rotation(axis, angle) @ self.T[:3, :3]
+        self.T[:3, :3] = from_vector(angle * np.asarray(axis)) @ self.T[:3, :3]
 
 
 def cube(name: str, at, side: float = 30.0, mass_g: float = 20.0, colour: str | None = None, yaw_deg: float = 0.0):
@@ -118,10 +119,3 @@ def _thing(name, at, width, height, mass_g, is_round, colour, yaw_deg) -> Thing:
     T[:2, :2] = [[cos(yaw), -sin(yaw)], [sin(yaw), cos(yaw)]]
     T[:3, 3] = x, y, height / 2
     return Thing(name, width, height, mass_g, is_round, colour or name, T)
-
-
-def rotation(axis, angle: float) -> np.ndarray:
-    """The matrix (3, 3) of a turn by `angle` (rad) about the unit vector `axis` (3,)."""
-    x, y, z = axis
-    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + sin(angle) * K + (1 - cos(angle)) * K @ K

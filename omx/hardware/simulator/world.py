@@ -23,8 +23,9 @@ from ...collision import capsules
 from ...errors import BadInput
 from ...generated import fk as _fk
 from ...geometry import COURSE, Geometry
+from ...rotation import from_vector
 from .grasp import MU, Grasped
-from .objects import UP, Thing, rotation
+from .objects import UP, Thing
 
 #: Friction between things and the table.
 MU_TABLE = 0.5
@@ -385,7 +386,7 @@ def _askew(thing: Thing, across) -> float:
 
 def _turned(thing: Thing, angle: float) -> Thing:
     T = thing.T.copy()
-    T[:3, :3] = rotation(UP, angle) @ T[:3, :3]
+    T[:3, :3] = from_vector(angle * UP) @ T[:3, :3]
     return Thing(thing.name, thing.width, thing.height, thing.mass_g, thing.round, thing.colour, T)
 
 
