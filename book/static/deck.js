@@ -265,6 +265,17 @@
     }
   }
 
+  // What follows a step on its slide comes with that step: nothing is answered before it has been shown.
+  function inSteps(section) {
+    let step = -1;
+    for (const piece of section.querySelectorAll(".piece")) {
+      if (piece.matches(".fragment")) step++;
+      if (step < 0) continue;
+      piece.classList.add("fragment");
+      piece.dataset.fragmentIndex = step;
+    }
+  }
+
   // ---- notes ---------------------------------------------------------------------------------------------------
 
   function tellNotes(slides) {
@@ -334,6 +345,7 @@
   for (const section of leaves()) fill(section);
   for (const section of leaves()) {
     together(section);
+    inSteps(section);
     if (!fits(section)) fits(section, true);
   }
   tellNotes(leaves());

@@ -149,6 +149,20 @@ def test_notes_and_fragments_work(look):
     assert look.page.evaluate("typeof Reveal.getPlugin('notes').open") == "function"
 
 
+EARLY = """() => [...document.querySelectorAll(".slides > section > section")].filter((slide) => {
+  const shown = [...slide.querySelectorAll(".piece")].map((piece) => !piece.matches(".fragment"));
+  return shown.lastIndexOf(true) > shown.indexOf(false) && shown.includes(false);
+}).map((slide) => slide.innerText.slice(0, 40))"""
+
+
+@pytest.mark.parametrize("name", ["05-inverse-kinematics", "15-six-joints"])
+def test_what_follows_a_step_comes_with_it(look, name):
+    """A conclusion does not stand on the slide before that from which it is drawn."""
+    start(look, name)
+    assert look.page.locator(".fragment").count() > 3
+    assert look.page.evaluate(EARLY) == []
+
+
 def test_handouts_have_the_slides_numbers_tags_and_pictures_of_the_scenes(built_site, tmp_path, look):
     folder = tmp_path / "slides"
     slides.build([site.ROOT / "notebooks" / "03-forward-kinematics.ipynb"], folder)
