@@ -1,12 +1,13 @@
 """Checks of one answer: numbers, an expression, a truth."""
 
+import math
 import re
 
 import numpy as np
 
 from ..errors import Wrong
 from .mistakes import Comparison
-from .validation import as_numbers, as_truth, present
+from .validation import as_numbers, as_truth, described, present
 
 
 def value(answer, expected, name: str = "the answer", unit: str = "", parts: str = "", within=None) -> None:
@@ -30,12 +31,12 @@ def that(condition, complaint: str, name: str = "") -> None:
     correct(name)
 
 
-def expression(answer, expected, name: str = "the expression", ranges: dict | None = None) -> None:
+def expression(answer, expected, name="the expression", ranges: dict | None = None, parts: str = "") -> None:
     """The SymPy expression or matrix `answer` must equal `expected` for all values of its symbols.
 
     It does not matter how either is written: both are evaluated at values of all sizes and signs where `expected` is
     real, so that `sqrt(1 - sin(t)**2)` is no cosine, and `asin(sin(t))` no `t`. `ranges`, {symbol: (low, high)},
-    narrows what "all" means. Raises `Wrong`.
+    narrows what "all" means; `parts` names the entries, as in `value`. Raises `Wrong`.
     """
     from ..derive import evaluated, real_points  # SymPy only for those who bring an expression
 
@@ -51,13 +52,16 @@ def expression(answer, expected, name: str = "the expression", ranges: dict | No
         ours = evaluated(answer, at)
     except (TypeError, NameError):
         raise Wrong(f"{name} cannot be evaluated: something in it is not a number when its symbols are.") from None
-    comparison = Comparison(*_reals(ours, theirs), within=1e-9)
+    comparison = Comparison(*_reals(ours, theirs), parts=parts, within=1e-9)
     if comparison.same(comparison.answer):
         return correct(name)
     if foreign:
-        names = ", ".join(sorted(map(str, known))) or "nothing"
-        raise Wrong(f"{name} must not contain {foreign[0]}; it depends on {names} only.")
-    raise Wrong(" ".join((_not_right(name), *_differs(comparison, at, ours, theirs))))
+        names = ", ".join(sorted(map(str, known)))
+        only = f"it depends on {names} only" if names else "it is the same for all values"
+        raise Wrong(f"{_named(name)} must not contain {foreign[0]}; {only}.")
+    absent = ", ".join(sorted(map(str, known - getattr(answer, "free_symbols", set()))))
+    told = [f"It does not contain {absent}: is that meant?"] if absent else []
+    raise Wrong(" ".join((_not_right(name), *told, *_differs(comparison, at, ours, theirs, shape))))
 
 
 def handed_in(**answers) -> None:
@@ -85,12 +89,26 @@ def _not_right(name: str) -> str:
     """`x and y of the tip are not right.`, with the verb that the name asks for."""
     head = re.split(r",| of | in | at | which | where ", name)[0]
     many = " and " in head or re.search(r"\b(two|three|four|five|angles|tips|stops|numbers|signs|points)\b", head)
-    return f"{head + name[len(head) :].rstrip()}{',' if ',' in name else ''} {'are' if many else 'is'} not right."
+    return f"{_named(name)} {'are' if many else 'is'} not right."
+
+
+def _named(name: str) -> str:
+    """The name, to go on a sentence with: an addition to it ends with a comma, too."""
+    name = name.rstrip(" ,")
+    return f"{name}," if "," in name else name
+
+
+#: What the check cell that runs has said already; `notebook` empties it before each cell.
+said: set[str] | None = None
 
 
 def correct(name: str) -> None:
-    """The one line that a check prints when all is well."""
-    print(f"Correct: {name}." if name else "Correct.")
+    """The one line that a check prints when all is well; a cell that checks the same ten times says it once."""
+    line = f"Correct: {name.rstrip(' ,')}." if name else "Correct."
+    if said is None or line not in said:
+        print(line)
+    if said is not None:
+        said.add(line)
 
 
 def _counted(shape: tuple[int, ...]) -> str:
@@ -104,10 +122,8 @@ def _counted(shape: tuple[int, ...]) -> str:
 def _an_expression(answer, name: str) -> None:
     """`Wrong` unless `answer` is a number, an expression or a matrix of expressions."""
     numbers = isinstance(answer, (int, float)) and not isinstance(answer, bool)
-    if not numbers and not hasattr(answer, "free_symbols"):
-        raise Wrong(f"{name} must be a SymPy expression or matrix; it is {answer!r} ({type(answer).__name__}).")
-    if getattr(answer, "is_Relational", False):
-        raise Wrong(f"{name} must be an expression, not an equation: give its right-hand side, `.rhs`.")
+    if getattr(answer, "is_Relational", False) or (not numbers and not hasattr(answer, "free_symbols")):
+        raise Wrong(f"{name} must be a SymPy expression or matrix; it is {described(answer)}.")
 
 
 def _foreign_symbols(answer, known: set, name: str) -> list:
@@ -128,20 +144,32 @@ def _reals(*values: np.ndarray) -> list[np.ndarray]:
     return [v.real if real else v.astype(complex).view(float) for v in values]
 
 
-def _differs(comparison: Comparison, at: list[dict], ours, theirs) -> list[str]:
-    """Sentences on how an expression differs from the one wanted, at the points `at`."""
+def _differs(comparison: Comparison, at: list[dict], ours, theirs, shape=()) -> list[str]:
+    """Sentences on how an expression of this shape differs from the one wanted, at the points `at`."""
     if not np.isfinite(ours).any(axis=0).all():
         return ["It is infinite or undefined for ordinary values: look for a division by zero."]
     agree = np.isfinite(ours) & (np.abs(ours - theirs) <= 1e-9 * (1 + np.abs(theirs)))
     point, entry = np.argwhere(~agree)[0]
     where = ", ".join(f"{symbol} = {value:.4g}" for symbol, value in at[point].items())
-    what = f"entry {entry + 1}" if ours.shape[1] > 1 else "it"
+    what = _entry(int(entry), shape, comparison.parts)
+    what = f"at {where} {what}" if where else what
     gives = _written(ours[point, entry])
-    example = f"{f'At {where} ' if where else ''}{what} is {gives}; {_written(theirs[point, entry])} is wanted."
+    if where or not comparison.parts:
+        what = what[0].upper() + what[1:]
+    example = f"{what} is {gives}; {_written(theirs[point, entry])} is wanted."
     slip = comparison.slip()
-    if not slip and 0 < agree.all(axis=1).mean() < 1:
+    if not slip and 0.2 < agree.all(axis=1).mean() < 1:  # fewer are special points, where many things agree
         slip = "It is right for some values only: a root or an inverse function forgets a sign or a turn."
     return [slip, example] if slip else [example]
+
+
+def _entry(entry: int, shape: tuple, parts: list[str]) -> str:
+    """An entry of a matrix by its name, or by its place; `it` for the only one."""
+    if parts:
+        return parts[entry]
+    if len(shape) == 2 and 1 not in shape:
+        return f"row {entry // shape[1] + 1}, column {entry % shape[1] + 1}"
+    return f"entry {entry + 1}" if math.prod(shape) > 1 else "it"
 
 
 def _written(value: complex) -> str:

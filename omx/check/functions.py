@@ -108,7 +108,7 @@ def called(function, arguments, name: str):
         raise
     except Exception as error:
         hint = _hint(error, function, arguments)
-        raise Wrong(f"{name} stops with {type(error).__name__}: {error}. {hint}".rstrip()) from error
+        raise Wrong(f"{name} stops with {told(error)}. {hint}".rstrip()) from error
     present(result, f"what {name} returns")
     return result
 
@@ -118,6 +118,13 @@ def _copied(argument):
     if isinstance(argument, (list, tuple)) and type(argument) in (list, tuple):
         return type(argument)(map(_copied, argument))
     return np.copy(argument) if isinstance(argument, np.ndarray) else argument
+
+
+def told(error: Exception) -> str:
+    """The kind of an error and what it says, in words for a reader."""
+    sizes = re.search(r"size (\d+) is different from (\d+)", str(error))
+    said = f"{sizes[2]} and {sizes[1]} numbers do not fit together in a product" if sizes else str(error)
+    return f"{type(error).__name__}: {' '.join(said.split())}".rstrip(".: ")
 
 
 def _hint(error: Exception, function, arguments) -> str:
@@ -131,15 +138,25 @@ def hint(error: Exception) -> str:
     text = str(error)
     if "ellipsis" in text:
         return "Something that it uses is still the TODO."
+    if "size 3 is different from 4" in text:
+        return "A 4x4 matrix takes a point as (x, y, z, 1)."
+    if isinstance(error, IndexError) and "out of bounds" in text:
+        return "Python counts from 0: the last of four is [3]."
+    if "NoneType" in text and "'append'" in text:
+        return "`append` changes the list and returns nothing: do not assign what it returns."
+    if "unsupported operand" in text and re.search(r"'(Pose|tuple|list)'", text):
+        return "Tuples and lists do not compute: np.array(...) makes an array of them."
     if "NoneType" in text:
         return "Something is None there: does a function lack its `return` line?"
+    if "ndarray' object is not callable" in text:
+        return "An array takes its index in square brackets, [3]."
     if "is not callable" in text:
         return "What stands there is no function: define it with def, and do not use its name for something else."
     if isinstance(error, NameError):
         found = re.search(r"'(\w+)'", text)
         if found and hasattr(np, found[1]):
             return f"Did you mean np.{found[1]}?"
-        return "Is the name spelt as it was defined, and has that cell been run?"
+        return "Is the name spelt as it was defined, and has the cell that defines it run without an error?"
     if isinstance(error, TypeError) and ("scalar" in text or "0-dim" in text or "real number" in text):
         return "math.cos and its kin take one number; did you mean np.cos?"
     if isinstance(error, TypeError) and "no callable" in text:
@@ -169,13 +186,18 @@ def _shaped(result, wanted: np.ndarray, name: str) -> np.ndarray:
 
 def _degrees_taken(answers, reference, rows, expected, name: str) -> None:
     """`Wrong` if the function is right for an argument in degrees: it converts what is in radians already."""
-    for i in range(len(rows[0])):
+    for i, in_radians in ((i, turn) for i in range(len(rows[0])) for turn in (np.deg2rad, _last_in_radians)):
         try:
-            turned = [np.asarray(reference(*row[:i], np.deg2rad(row[i]), *row[i + 1 :]), float) for row in rows]
+            turned = [np.asarray(reference(*row[:i], in_radians(row[i]), *row[i + 1 :]), float) for row in rows]
         except Exception:  # this argument is no angle; whatever the reference says about it, the next may be
             continue
         if _alike(answers, turned) and not _alike(turned, expected):
             raise Wrong(f"{name} takes an angle as degrees. Angles are in radians already: do not convert them.")
+
+
+def _last_in_radians(pose):
+    """A pose whose pitch was taken for degrees."""
+    return np.array([*pose[:-1], np.deg2rad(pose[-1])])
 
 
 def _plain(middle, name: str):
@@ -188,7 +210,9 @@ def _plain(middle, name: str):
 
 
 def _back(back, middle, name: str):
-    """The way back, which may be the book's own: an error there is about what it was given."""
+    """The way back, which may be the book's own: then an error there is about what it was given."""
+    if getattr(back, "__name__", "") == name:
+        return called(back, (middle,), name)
     try:
         return back(_copied(middle))
     except NotImplementedError as error:

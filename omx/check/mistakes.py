@@ -93,17 +93,17 @@ class Comparison:
 
 
 def _units(c: Comparison) -> Iterator[tuple[np.ndarray, str]]:
-    a = c.answer
+    a, off = c.answer, ~c.agrees(c.answer)
     if c.of("rad").any():
         yield (
-            np.where(c.of("rad"), np.deg2rad(a), a),
+            np.where(c.of("rad") & off, np.deg2rad(a), a),
             ("These look like degrees; angles are in radians (math.radians or np.deg2rad converts)."),
         )
     if c.of("deg").any():
-        yield np.where(c.of("deg"), np.rad2deg(a), a), "These look like radians; degrees are wanted (np.rad2deg)."
+        yield np.where(c.of("deg") & off, np.rad2deg(a), a), "These look like radians; degrees are wanted (np.rad2deg)."
     if c.of("mm").any():
-        yield np.where(c.of("mm"), 1000 * a, a), "This looks like metres; lengths are in mm."
-        yield np.where(c.of("mm"), a / 1000, a), "This is 1000 times too large: the lengths were in mm already."
+        yield np.where(c.of("mm") & off, 1000 * a, a), "This looks like metres; lengths are in mm."
+        yield np.where(c.of("mm") & off, a / 1000, a), "This is 1000 times too large: the lengths were in mm already."
     if c.of("rad", "deg").any():
         turn = np.where(c.of("deg"), 360.0, math.tau)
         whole = np.where(c.of("rad", "deg"), np.round((a - c.expected) / turn), 0.0)

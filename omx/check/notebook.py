@@ -9,8 +9,8 @@ import sys
 import traceback
 
 from ..errors import OmxError, Wrong
-from . import passed
-from .functions import hint
+from . import answers, passed
+from .functions import hint, told
 from .validation import present
 
 CHECKS = re.compile(r"\bcheck\.(?!setup\b|progress\b|variant\b|student\b)\w+\(")
@@ -24,7 +24,9 @@ def install() -> None:
         return
     shell._omx_checks = True
     shell.set_custom_exc((Exception,), _shown)
+    shell.events.register("pre_run_cell", _before_a_cell)
     shell.events.register("post_run_cell", _after_a_cell)
+    _before_a_cell()
 
 
 def _shown(shell, kind, error, trace, tb_offset=None):
@@ -50,13 +52,13 @@ def explained(error: Exception) -> str:
     if isinstance(error, OmxError):
         return f"With your answer the check comes to this: {_one_line(str(error), 300)}"
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if of_a_cell(frame.filename)]
-    said = f"{type(error).__name__}: {_one_line(str(error))}".rstrip(".")
+    said = _one_line(told(error))
     if not frames:
         return f"The check stops with {said}."
     first, last = frames[0], frames[-1]
-    line = f" in its line `{_one_line(last.line or '')}`" if last.line else ""
+    line = f", in its line `{_one_line(last.line or '')}`" if last.line else ""
     who = "The check stops" if last.filename == first.filename else f"{last.name} stops"
-    return f"{who} with {said},{line or ' in your answer'}. {hint(error)}".rstrip()
+    return f"{who} with {said}{line}. {hint(error)}".rstrip()
 
 
 def _unanswered(trace) -> str:
@@ -87,6 +89,10 @@ def _cell_of(trace) -> str:
 def _one_line(text: str, most: int = LINE) -> str:
     text = " ".join(text.split())
     return text if len(text) <= most else text[: most - 3] + "..."
+
+
+def _before_a_cell(_info=None) -> None:
+    answers.said = set()
 
 
 def _after_a_cell(result) -> None:

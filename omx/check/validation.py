@@ -4,6 +4,9 @@ import numpy as np
 
 from ..errors import Wrong
 
+#: SymPy's classes in a reader's words.
+KINDS = {"Expr": "SymPy expression", "MatrixBase": "SymPy matrix, sp.Matrix(...)"}
+
 
 def present(answer, name: str) -> None:
     """Raise `Wrong` for what a TODO leaves behind: `...`, None or NotImplemented."""
@@ -23,8 +26,9 @@ def answer(value, gives=None, name: str = "the answer"):
     if gives is bool:
         return as_truth(value, name)
     if isinstance(gives, type):
-        if not isinstance(value, gives):
-            raise Wrong(f"{name} must be {_article(gives.__name__)}; it is {_described(value)}.")
+        if not isinstance(value, gives) or getattr(value, "is_Relational", False):
+            kind = KINDS.get(gives.__name__, gives.__name__)
+            raise Wrong(f"{name} must be {_article(kind)}; it is {described(value)}.")
         return value
     if gives is None:
         return np.asarray(value) if isinstance(value, np.matrix) else value
@@ -53,16 +57,17 @@ def as_numbers(answer, name: str) -> np.ndarray:
     if isinstance(answer, (list, tuple)):
         for entry in answer:
             present(entry, f"an entry of {name}")
-    if getattr(answer, "free_symbols", None):
-        symbols = ", ".join(sorted(str(s) for s in answer.free_symbols))
-        raise Wrong(f"{name} still holds the symbols {symbols}; a number is wanted: put values in for them.")
+    held = answer if isinstance(answer, (list, tuple)) else [answer]
+    if symbols := sorted({str(symbol) for entry in held for symbol in getattr(entry, "free_symbols", ())}):
+        wanted = "numbers are wanted" if held is answer else "a number is wanted"
+        raise Wrong(f"{name} still holds the symbols {', '.join(symbols)}; {wanted}: put values in for them.")
     try:
         array = np.array(answer.tolist() if hasattr(answer, "tolist") else answer)
         numbers = array.astype(float) if array.dtype.kind in "iufO" else None
     except (TypeError, ValueError, OverflowError):
         numbers = None
     if numbers is None:
-        raise Wrong(f"{name} must be made of numbers; it is {_described(answer)}.")
+        raise Wrong(f"{name} must be made of numbers; it is {described(answer)}.")
     if not np.isfinite(numbers).all():
         raise Wrong(f"{name} holds NaN or infinity: look for a division by zero or a root of a negative number.")
     return numbers
@@ -72,12 +77,21 @@ def as_truth(answer, name: str) -> bool:
     """`answer` as a bool; `Wrong` if it is anything else."""
     present(answer, name)
     if not isinstance(answer, (bool, np.bool_)):
-        raise Wrong(f"{name} must be True or False; it is {_described(answer)}.")
+        raise Wrong(f"{name} must be True or False; it is {described(answer)}.")
     return bool(answer)
 
 
-def _described(answer) -> str:
+def described(answer) -> str:
+    """What an answer of the wrong kind is, and how to get what it holds."""
     if callable(answer):
         return "a function: call it, with its arguments in brackets"
-    text = " ".join(repr(answer).split())
-    return f"{text if len(text) < 60 else text[:57] + '...'} ({type(answer).__name__})"
+    if getattr(answer, "is_Relational", False):
+        return f"the equation {_short(str(answer))}: give its right-hand side, `.rhs`"
+    text = f"{_short(' '.join(repr(answer).split()))} ({type(answer).__name__})"
+    if isinstance(answer, (list, tuple)) and any(hasattr(entry, "free_symbols") for entry in answer):
+        return f"{text}: [0] takes its first entry, sp.Matrix makes a matrix of it"
+    return text
+
+
+def _short(text: str) -> str:
+    return text if len(text) < 60 else text[:57] + "..."
