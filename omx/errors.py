@@ -288,12 +288,17 @@ def _plain(number: complex) -> str:
     return f"{number.real:.6g}" if abs(number.imag) <= 1e-12 * abs(number) else f"{number:.6g}"
 
 
+#: A sentence of a check begins with such a word or with a name, and names stay as they are written.
+WORDS = ("the", "what", "an", "one", "these", "all")
+
+
 class Wrong(OmxError, AssertionError):
     """An answer that is not right yet; the message says what to look at."""
 
     def _render_traceback_(self) -> list[str]:
         """What a notebook shows: the message alone, since the traceback is ours and teaches nothing."""
-        return _noted(f"Not yet. {self}")
+        first, _, rest = str(self).partition(" ")
+        return _noted(f"Not yet. {first.capitalize() if first in WORDS else first} {rest}".rstrip())
 
 
 class ViewerMissing(OmxError):

@@ -1,5 +1,6 @@
 """Checks of a function that a student wrote: called on samples, compared with what must hold for them."""
 
+import contextlib
 import inspect
 import re
 
@@ -187,11 +188,15 @@ def _shaped(result, wanted: np.ndarray, name: str) -> np.ndarray:
 def _degrees_taken(answers, reference, rows, expected, name: str) -> None:
     """`Wrong` if the function is right for an argument in degrees: it converts what is in radians already."""
     for i, in_radians in ((i, turn) for i in range(len(rows[0])) for turn in (np.deg2rad, _last_in_radians)):
-        try:
-            turned = [np.asarray(reference(*row[:i], in_radians(row[i]), *row[i + 1 :]), float) for row in rows]
-        except Exception:  # this argument is no angle; whatever the reference says about it, the next may be
+        seen = []  # (the answer, what would be right for degrees, what is right), where there is such a thing
+        for row, ours, right in zip(rows, answers, expected, strict=True):
+            with contextlib.suppress(Exception):  # this argument is no angle, or in radians out of reach
+                turned = np.asarray(reference(*row[:i], in_radians(row[i]), *row[i + 1 :]), float)
+                seen.append((ours, turned, right))
+        if 2 * len(seen) < len(rows):
             continue
-        if _alike(answers, turned) and not _alike(turned, expected):
+        ours, turned, right = zip(*seen, strict=True)
+        if _alike(ours, turned) and not _alike(turned, right):
             raise Wrong(f"{name} takes an angle as degrees. Angles are in radians already: do not convert them.")
 
 
@@ -250,8 +255,8 @@ def _changed(middle, places, change):
     return np.array(parts) if isinstance(middle, np.ndarray) else type(middle)(parts)
 
 
-def _alike(some: list, others: list) -> bool:
-    return all(np.allclose(a, b, rtol=1e-9, atol=1e-9) for a, b in zip(some, others, strict=True))
+def _alike(some, others) -> bool:
+    return all(np.allclose(a, b, rtol=1e-7, atol=1e-5) for a, b in zip(some, others, strict=True))
 
 
 def _of_one_shape(arrays: list[np.ndarray]) -> list[list[int]]:

@@ -3,6 +3,7 @@
 Installed once in the kernel that imports `omx.check`; nothing happens outside a kernel, and nothing leaves this disk.
 """
 
+import ast
 import linecache
 import re
 import sys
@@ -15,6 +16,8 @@ from .validation import present
 
 CHECKS = re.compile(r"\bcheck\.(?!setup\b|progress\b|variant\b|student\b)\w+\(")
 LINE = 100
+#: The names whose cell stopped with an error when it was run last: what they hold is an older answer, or nothing.
+stopped: set[str] = set()
 
 
 def install() -> None:
@@ -31,11 +34,33 @@ def install() -> None:
 
 def _shown(shell, kind, error, trace, tb_offset=None):
     """IPython's handler of errors: one sentence if a check cell stopped with anything but its own sentence."""
-    if isinstance(error, Wrong) or not is_check(_cell_of(trace)):
+    cell = _cell_of(trace)
+    older = sorted(stopped & names(cell, ast.Load)) if is_check(cell) else []
+    if not older and (isinstance(error, Wrong) or not is_check(cell)):
         shell.showtraceback((kind, error, trace), tb_offset=tb_offset, running_compiled_code=True)
         return
-    told = Wrong(explained(error))
+    told = Wrong(_look_there(older[0]) if older else explained(error))
     shell._showtraceback(Wrong, told, told._render_traceback_())
+
+
+def names(cell: str, context: type) -> set[str]:
+    """The names that a cell reads (`ast.Load`), or makes (`ast.Store`): its own, not those inside its functions."""
+    try:
+        body = ast.parse(cell).body
+    except SyntaxError:
+        return set(re.findall(r"^(?:def )?(\w+)\s*[=(]", cell, re.M)) if context is ast.Store else set()
+    made = {statement.name for statement in body if isinstance(statement, (ast.FunctionDef, ast.ClassDef))}
+    seen = [statement for statement in body if context is ast.Load or not hasattr(statement, "name")]
+    used = {
+        node.id for s in seen for node in ast.walk(s) if isinstance(node, ast.Name) and isinstance(node.ctx, context)
+    }
+    return used | made if context is ast.Store else used
+
+
+def _look_there(name: str) -> str:
+    return (
+        f"The cell that makes {name} stopped with an error. Put that right first; this check saw what was there before."
+    )
 
 
 def is_check(cell: str) -> bool:
@@ -96,6 +121,8 @@ def _before_a_cell(_info=None) -> None:
 
 
 def _after_a_cell(result) -> None:
+    if not is_check(result.info.raw_cell or ""):
+        (stopped.difference_update if result.success else stopped.update)(names(result.info.raw_cell or "", ast.Store))
     cell = getattr(result.info, "cell_id", None)
     if not cell or not is_check(result.info.raw_cell or ""):
         return

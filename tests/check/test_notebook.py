@@ -85,6 +85,22 @@ def test_a_check_cell_shows_one_sentence(run, cell, sentence):
     assert not shown
 
 
+def test_a_check_says_where_to_look_when_the_cell_of_the_answer_has_stopped(run):
+    run("half = 3.0")
+    for stops in ("half = 1 / 0", "half = (3.0", "half = missing"):
+        run(stops, "cell-0")
+        error, _, _ = run("check.value(half, 7.0, 'half')")
+        assert error.startswith("Not yet. The cell that makes half stopped with an error.")
+    run("half = 2.0", "cell-0")
+    error, _, _ = run("check.value(half, 7.0, 'half')")
+    assert "too small" in error
+
+
+def test_a_check_cell_says_each_thing_once(run):
+    assert run("for _ in range(3):\n    check.that(True, 'no', 'caught')")[1] == "Correct: caught.\n"
+    assert run("check.that(True, 'no', 'caught')")[1] == "Correct: caught.\n"
+
+
 def test_a_cell_without_checks_shows_its_errors_in_full_and_ours_shortly(run):
     error, _, _ = run("1 / 0")
     assert "Traceback" in error
