@@ -1,6 +1,7 @@
 """A new edition of a chapter with the reader's own changes: three notebooks made one, cell by cell, by their ids."""
 
 import copy
+import re
 
 from book.chapters.cells import source, tags
 
@@ -17,7 +18,7 @@ def essence(cell):
 def merged(mine, given, fresh):
     """The `fresh` edition, with what the reader did to the `given` one in `mine` (parsed JSON, all three).
 
-    An answer stays as it is. Where both changed another cell, the new one is followed by the reader's. Cells that
+    An answer stays as it is, unless its TODO asks for other names now: then it stands below the new TODO. Where both changed another cell, the new one is followed by the reader's. Cells that
     the reader added follow the cell that they followed; cells that were deleted stay away unless they are new.
     """
     own, was = by_id(mine), by_id(given)
@@ -43,9 +44,15 @@ def both(own, was, fresh):
         return [own]  # with its outputs
     if was is not None and essence(own) == essence(was):
         return [fresh]
-    if "solution" in tags(fresh) or (was is not None and essence(was) == essence(fresh)):
+    still_asked = "solution" in tags(fresh) and (was is None or asked(was) == asked(fresh))
+    if still_asked or (was is not None and essence(was) == essence(fresh)):
         return [own]
     return [fresh, {**copy.deepcopy(own), "id": f"{own['id'][:56]}-mine"}]
+
+
+def asked(todo):
+    """The names that a TODO asks for: those of its functions, and those before its dots."""
+    return re.findall(r"^(?:def |class )?(\w+)(?=\(| = \.\.\.)", source(todo), re.M)
 
 
 def place_rest(mine, was, cells, used):

@@ -252,6 +252,13 @@ def test_an_answer_stays_alone_where_its_todo_changed():
     assert merge.merged(*({"cells": [c]} for c in (own, given, fresh)))["cells"] == [own]
 
 
+def test_an_answer_to_another_question_stands_below_the_new_todo():
+    given, fresh = (cell("s", f"{name} = ...", metadata={"tags": ["solution"]}) for name in ("old", "new"))
+    own = {**copy.deepcopy(given), "source": "old = 1"}
+    first, second = merge.merged(*({"cells": [c]} for c in (own, given, fresh)))["cells"]
+    assert (first["source"], second["source"]) == ("new = ...", "old = 1")
+
+
 # ---- saving --------------------------------------------------------------------------------------------
 
 
