@@ -18,8 +18,9 @@ def essence(cell):
 def merged(mine, given, fresh):
     """The `fresh` edition, with what the reader did to the `given` one in `mine` (parsed JSON, all three).
 
-    An answer stays as it is, unless its TODO asks for other names now: then it stands below the new TODO. Where both changed another cell, the new one is followed by the reader's. Cells that
-    the reader added follow the cell that they followed; cells that were deleted stay away unless they are new.
+    An answer stays as it is, unless its TODO asks for other names now: then it stands below the new TODO. Where both
+    changed another cell, the new one is followed by the reader's. Cells that the reader added follow the cell that
+    they followed; cells that were deleted stay away unless they are new.
     """
     own, was = by_id(mine), by_id(given)
     cells, used = [], set()
