@@ -486,12 +486,13 @@ def test_a_hand_is_moved_and_turned_as_python_would(show, tmp_path, capsys, stan
     frame.evaluate(WATCH)
     T = stanford.chain.fk(START)
     at = T[:3, 3]
-    reach = frame.evaluate("OMX_CONFIG.arm.reach") / 320
-    drag(page, where(page, frame, at + [0, 0, 60 * reach]), where(page, frame, at + [0, 0, 60 * reach + 40]), steps=30)
+    scale, z = frame.evaluate("OMX_CONFIG.arm.reach") / 320, np.array([0, 0, 1])
+    arrow = at + 60 * scale * z
+    drag(page, where(page, frame, arrow), where(page, frame, arrow + 40 * z), steps=30)
     asked = np.array(frame.evaluate(STATE)["asked"])
     np.testing.assert_allclose(asked[:3, :3], T[:3, :3], atol=1e-12)
     assert asked[:3, 3] - at == pytest.approx([0, 0, 40], abs=1.5)
-    on_circle = [asked[:3, 3] + 52 * reach * np.array([math.cos(t), math.sin(t), 0]) for t in (-0.9, -0.5)]
+    on_circle = [asked[:3, 3] + 52 * scale * np.array([math.cos(t), math.sin(t), 0]) for t in (-0.9, -0.5)]
     drag(page, *(where(page, frame, point) for point in on_circle), steps=30)
     state = frame.evaluate(STATE)
     turned = np.array(state["asked"])
@@ -505,10 +506,9 @@ def test_a_hand_is_moved_and_turned_as_python_would(show, tmp_path, capsys, stan
     sliders = [float(s.input_value()) for s in page.locator(".omx-sliders input").all()]
     assert sliders == pytest.approx([s.value for s in wanted.sliders], abs=0.51)
     branch, values, _ = page.locator(CHOSEN).all_inner_texts()
+    in_units = [v if row.prismatic else math.degrees(v) for v, row in zip(wanted.q, stanford.chain.rows, strict=True)]
     assert branch.lstrip("\u25cf ") == next(s.branch for s in wanted.solutions if s.q == wanted.q)
-    assert numbers(values) == pytest.approx(
-        [v if i == 2 else math.degrees(v) for i, v in enumerate(wanted.q)], abs=0.06
-    )
+    assert numbers(values) == pytest.approx(in_units, abs=0.06)
     tell(frame, "hand with seven ghosts", capsys)
 
 
@@ -523,7 +523,7 @@ def test_a_hand_by_keys_and_by_branch_and_what_refuses_it(show, tmp_path, stanfo
         tool.press(key)
         page.wait_for_timeout(700)
     asked = np.array(frame.evaluate(STATE)["asked"])
-    assert asked[:3, 3] == pytest.approx(np.round(T[:3, 3]) + [1, 0, 0])
+    assert asked[:3, 3] == pytest.approx(np.add(np.round(T[:3, 3]), [1, 0, 0]))
     turn = rotation.from_vector([0, math.radians(10), 0])
     np.testing.assert_allclose(asked[:3, :3], turn @ T[:3, :3], atol=1e-9)
     for _ in range(16):

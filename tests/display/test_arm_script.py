@@ -12,7 +12,7 @@ from omx.analysis import Inverse
 from omx.arm import HOME, LIMITS, ZERO
 from omx.derive import write_inverse
 from omx.display.viewer.arm_data import arm_data, chain_data
-from omx.rotation import from_rpy, to_rpy
+from omx.rotation import from_rpy, from_vector, to_rpy
 from tests.helpers.javascript import flat, in_node
 from tests.helpers.six_joint_arms import ARMS, configurations
 
@@ -124,9 +124,8 @@ BEND = [(-3.0, 3.0), (-1.6, 1.6), (100.0, 300.0), (-3.0, 3.0), (-0.5, 0.5), (-3.
 def inverse(request, tmp_path_factory):
     rows, folder = ARMS[request.param].rows, tmp_path_factory.mktemp("written")
     limits = BEND if request.param == "Stanford" else [(-3.0, 3.0)] * 6
-    return Inverse(
-        Chain(rows, limits, name=request.param), write_inverse(f"js_{request.param}", Chain(rows), folder=folder)
-    )
+    module = write_inverse(f"js_{request.param}", Chain(rows), folder=folder)
+    return Inverse(Chain(rows, limits, name=request.param), module)
 
 
 def test_a_hands_branches_verdicts_and_choice_are_pythons(inverse):
@@ -137,9 +136,9 @@ def test_a_hands_branches_verdicts_and_choice_are_pythons(inverse):
     far[:, :3, 3] *= 3
     targets = np.concatenate([inverse.chain.fk(legal), inverse.chain.fk(configurations(inverse.chain, 25, 5)), far])
     about, near = chain_data(inverse.chain, inverse.chain.limits, inverse), 0.5 * (low + high)
-    script = f"{arm(about)} const near = {near.tolist()};"
-    told = in_node("(({ found }) => [found, A.nearest(found, a, near, about), A.closest(found)])({ found: A.branches(a, about) })",
-                   targets.tolist(), script)  # fmt: skip
+    script = f"{arm(about)} const near = {near.tolist()}, chosen = (found, a) => A.nearest(found, a, near, about);"
+    script += "const all = (found, a) => [found, chosen(found, a), A.closest(found)];"
+    told = in_node("all(A.branches(a, about), a)", targets.tolist(), script)
     panel = HandPanel(inverse, near)
     for T, (ours, taken, closest) in zip(targets, told, strict=True):
         for js, py in zip(ours, inverse(T), strict=True):
@@ -160,12 +159,8 @@ def test_a_hands_branches_verdicts_and_choice_are_pythons(inverse):
 
 
 def test_roll_pitch_and_yaw_are_pythons():
-    angles = [
-        *RNG.uniform((-180, -90, -180), (180, 90, 180), (30, 3)).tolist(),
-        [20, 90, 10],
-        [0, -90, 170],
-        [180, 0, 0],
-    ]
+    angles = RNG.uniform((-180, -90, -180), (180, 90, 180), (30, 3)).tolist()
+    angles += [[20, 90, 10], [0, -90, 170], [180, 0, 0]]
     about = {"rows": [{}] * 6, "inverse": "{}"}
     hands = in_node("A.task(about).asked([10, 20, 30, ...a])", angles, arm(about))
     for T, rpy in zip(hands, angles, strict=True):
@@ -176,14 +171,11 @@ def test_roll_pitch_and_yaw_are_pythons():
 
 
 def test_a_ring_turns_the_hand_about_its_axis():
-    (T, *turned) = in_node(
-        "a ? A.task(about).turned(A.IDENTITY, A.task(about).rings()[a - 1], 0.3) : A.task(about).rings().map((r) => [r.u, r.v])",
-        [0, 1, 2, 3], arm({"rows": [{}] * 6, "inverse": "{}"}),
-    )  # fmt: skip
-    for axis, ((u, v), by) in enumerate(zip(T, turned, strict=True)):
-        vector = np.cross(u, v)
-        assert vector.tolist() == np.eye(3)[axis].tolist()
-        np.testing.assert_allclose(np.array(by)[:3, :3], omx.rotation.from_vector(0.3 * vector), atol=1e-12)
+    script = arm({"rows": [{}] * 6, "inverse": "{}"}) + "const task = A.task(about), rings = task.rings();"
+    told = in_node("[rings[a].u, rings[a].v, task.turned(A.IDENTITY, rings[a], 0.3)]", [0, 1, 2], script)
+    for (u, v, turned), axis in zip(told, np.eye(3), strict=True):
+        assert np.cross(u, v).tolist() == axis.tolist()
+        np.testing.assert_allclose(np.array(turned)[:3, :3], from_vector(0.3 * axis), atol=1e-12)
 
 
 def test_what_is_free_is_told_as_python_tells_it(inverse):
