@@ -620,3 +620,20 @@ def test_a_link_is_pulled_and_the_camera_is_left_alone(kind, browser, tmp_path, 
     assert frame.evaluate(STATE)["q"] == pytest.approx(state["q"], abs=1e-9)
     tell(frame, f"link, {kind}", capsys)
     context.close()
+
+
+def test_a_robots_arm_stays_where_the_robot_is_when_its_link_is_pulled(show, tmp_path):
+    """Only a ghost obeys, and the page is told where it stands."""
+    start = (0.3, -0.4, 0.4, 0.5)
+    panel = JointPanel(View(start))
+    panel.on_command = lambda q: None
+    page, frame = opened(show, tmp_path, panel)
+    page.evaluate("window.told = []; window.addEventListener('message', ({ data }) => told.push(data))")
+    grabbed = where(page, frame, (omx.frames(start)[3] @ [-40, 0, 0, 1])[:3])
+    drag(page, grabbed, (grabbed[0] + 8, grabbed[1] - 16))
+    np.testing.assert_allclose(drawn(frame), omx.frames(start)[1:], atol=1e-6)
+    told = page.evaluate("told.filter(({ omx }) => omx === 'dragged')")[-1]
+    assert told["done"] is True
+    assert told["pose"] is None
+    assert np.abs(np.subtract(told["q"], start)[:3]).max() > 0.03
+    assert told["q"][3] == pytest.approx(start[3])

@@ -126,16 +126,16 @@
   }
 
   function placeGhosts() {
-    const shown = (on || !follows()) && (dragging() || !node("ghosts"));
-    standBack(node("ghosts")?.object);
+    const led = dragging() && (on || !follows()), shown = led || (on && !node("ghosts"));
+    standBack(node("ghosts")?.object, led);
     if (ghosts) ghosts.root.visible = shown;
     if (!shown || !asked || !found.length) return;
     if (!ghosts) makeGhosts();
     const near = refused() ? closest() : null;
     found.forEach((s, k) => {
       const { links, material, colour } = ghosts[k];
-      const seen = s.reachable && (s.index !== chosen?.index || !follows());
-      const T = seen && A.frames(s.q, about);
+      const taken = s.index === chosen?.index, seen = s.reachable && (taken ? !follows() : on);
+      const T = seen && A.frames(taken ? chosen.q : s.q, about);
       links.forEach((link, i) => { link.visible = seen; if (seen) place(link, T[GHOSTLY[i]]); });
       material.color.set(s === near ? colours.refused : colour);
       material.opacity = s === near ? 0.55 : 0.3;
@@ -144,10 +144,10 @@
 
   // The host's own ghosts answer late: while the reader drags they are hidden.
   let hidden = false;
-  function standBack(hosts) {
+  function standBack(hosts, back) {
     if (!hosts) return;
-    if (dragging() && hosts.visible) [hidden, hosts.visible] = [true, false];
-    else if (!dragging() && hidden) [hidden, hosts.visible] = [false, true];
+    if (back && hosts.visible) [hidden, hosts.visible] = [true, false];
+    else if (!back && hidden) [hidden, hosts.visible] = [false, true];
   }
 
   // A robot's solid arm stands where the robot is: only ghosts obey.
