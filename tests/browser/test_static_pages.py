@@ -637,3 +637,25 @@ def test_a_robots_arm_stays_where_the_robot_is_when_its_link_is_pulled(show, tmp
     assert told["pose"] is None
     assert np.abs(np.subtract(told["q"], start)[:3]).max() > 0.03
     assert told["q"][3] == pytest.approx(start[3])
+
+
+def test_the_tool_of_a_planar_arm_stays_in_its_plane_and_comes_as_near_as_it_can(show, tmp_path):
+    chain = Chain([(0, 0, 200, 0), (0, 0, 150, 0), (0, 0, 80, 0)], [(-1.5, 1.5)] * 3)
+    page, frame = opened(show, tmp_path, View.of_chain(chain, (0.3, 0.4, 0.5)))
+    frame.locator("#omx-bar button", has_text="tool").click()
+    tool = frame.locator("#omx-grip")
+    assert "plus" not in tool.get_attribute("aria-label")
+    tool.focus()
+    before = chain.fk((0.3, 0.4, 0.5))[:3, 3]
+    tool.press("Shift+ArrowLeft")
+    page.wait_for_timeout(900)
+    state = frame.evaluate(STATE)
+    assert state["asked"] == pytest.approx(np.round(before) + np.array([0, 10, 0]))
+    assert chain.fk(state["q"])[:3, 3] == pytest.approx(state["asked"], abs=0.01)
+    np.testing.assert_allclose(drawn(frame, 3), chain.frames(state["q"])[1:], atol=1e-6)
+    for _ in range(12):
+        tool.press("Shift+PageUp")
+    page.wait_for_timeout(900)
+    state = frame.evaluate(STATE)
+    assert state["stopped"].startswith("out of reach, 120.0 mm")
+    assert chain.fk(state["q"])[:2, 3] == pytest.approx(state["asked"][:2], abs=0.1)
