@@ -160,7 +160,7 @@
     for (const i of LINKS) if (node("frames", i)) place(node("frames", i).object, matrix(node("arm", i).object));
     const seconds = node("arm").object.ellipse;
     if (ellipse) ellipse.visible = Boolean(seconds);
-    if (!seconds || !q) return;
+    if (!seconds || !q || !about.geometry) return;
     const { centre, long, short } = A.ellipse(q, about.geometry, 1e-3 * seconds), size = Math.hypot(...short);
     const middle = vector(centre).multiplyScalar(1e-3);
     const [a, b] = [vector(long), vector(size > 3e-4 ? short : [0, 0, 0])]; // a line where it is flat
