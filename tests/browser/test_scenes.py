@@ -2,12 +2,14 @@
 
 import statistics
 
+import numpy as np
 import psutil
 import pytest
 
 import omx
 from tests.browser.latency import PANEL, PROBE, latencies, summary
 from tests.browser.pages import is_blank, pixels, share_changed
+from tests.browser.weblook import serious
 from tests.helpers.lab import run_in_kernel
 
 SCENE = "from omx.display.viewer import Camera, View\nview = View()\nview.frames(4)\nview"
@@ -161,6 +163,73 @@ def test_the_tool_is_dragged_in_a_notebook(lab, open_page, notebook):
     assert told[8:11] == pytest.approx(state["asked"][:3], abs=1e-9)
     assert state["asked"][1] == pytest.approx(30)
     assert tool_position(frame) == pytest.approx(1e-3 * omx.fk(state["q"])[:3, 3], abs=1e-9)
+    assert not page.errors
+
+
+HAND = """import math
+from omx import Chain, DHRow, HandPanel
+from omx.analysis import Inverse
+from omx.derive import write_inverse
+up = math.pi / 2
+rows = [DHRow(0, 100, 0, -up), DHRow(0, 100, 0, up), DHRow(0, 0, 0, 0, True)]
+rows += [DHRow(0, 0, 0, -up), DHRow(0, 0, 0, up), DHRow(0, 100, 0, 0)]
+limits = [(-4, 4), (-1.5, 1.5), (100, 300), (-4, 4), (-1.2, 1.2), (-4, 4)]
+module = write_inverse("dragged_hand", Chain(rows), folder="../build/arms")
+panel = HandPanel(Inverse(Chain(rows, limits), module), (0.4, 0.9, 220.0, 0.5, 0.3, -0.8))
+panel"""
+
+
+def test_a_hand_is_dragged_and_a_link_is_pulled_in_a_notebook(lab, open_page, notebook):
+    """Six joints: page and kernel end at the same values, keep to the same branch, and axe finds nothing of ours."""
+    page = open_page(notebook(HAND))
+    page.run_all()
+    panel = page.panel()
+    (frame,) = scene_frames(page.page)
+    page.settle()
+
+    def both():
+        page.settle()
+        page.settle()
+        code = "print(*panel.target.ravel(), *panel.q, *panel.view.q, *[s.value for s in panel.sliders])"
+        told = [float(word) for word in run_in_kernel(lab, page.kernel["id"], code).split()]
+        return told, frame.evaluate("omxScene.tool.state()")
+
+    tool = frame.locator("#omx-grip")
+    tool.focus()
+    for key in ("Shift+PageUp", "Shift+ArrowLeft", "x", "Shift++"):
+        tool.press(key)
+    told, state = both()
+    assert told[:16] == pytest.approx([v for row in state["asked"] for v in row], abs=1e-9)
+    assert told[16:22] == pytest.approx(state["q"], abs=1e-9)
+    assert told[22:28] == pytest.approx(state["q"], abs=1e-9)
+    assert told[28:31] == pytest.approx([row[3] for row in state["asked"][:3]], abs=1e-9)
+    panel.locator("select").select_option("front, out, flip")
+    page.settle()
+    tool.press("Shift+ArrowUp")
+    told, state = both()
+    assert state["chosen"]["name"] == "front, out, flip"
+    assert told[16:22] == pytest.approx(state["q"], abs=1e-9)
+    frame.evaluate("omxScene.tool.offer(false)")
+    box = panel.locator("iframe").bounding_box()
+    q = np.array(state["q"])
+    boom = "omxScene.viewer.scene_tree.find(['meshcat', 'arm', '3']).object"
+    x, y = frame.evaluate(f"""() => {{
+      const {{ viewer }} = omxScene, {{ width, height }} = viewer.renderer.domElement.getBoundingClientRect();
+      const at = {boom}.localToWorld(new MeshCat.THREE.Vector3(0, 0, -0.12)).project(viewer.camera);
+      return [(at.x + 1) * width / 2, (1 - at.y) * height / 2];
+    }}""")
+    mouse = page.page.mouse
+    mouse.move(box["x"] + x, box["y"] + y)
+    mouse.down()
+    for k in range(1, 9):
+        mouse.move(box["x"] + x + 2 * k, box["y"] + y - k)
+    mouse.up()
+    told, state = both()
+    assert np.abs(np.subtract(state["q"], q)[:3]).max() > 0.01
+    assert state["q"][3:] == pytest.approx(q[3:], abs=1e-9)
+    assert told[16:22] == pytest.approx(state["q"], abs=1e-9)
+    assert panel.locator("select").input_value() == "nearest"
+    assert serious(page.page, ".jp-OutputArea") == []
     assert not page.errors
 
 

@@ -12,12 +12,16 @@ import omx
 from book.chapters import normalise
 from book.publish import shared
 from book.reader import handin
-from omx.display.panels import JointPanel, PosePanel, terms
+from omx import Chain, rotation
+from omx.analysis import Inverse
+from omx.derive import write_inverse
+from omx.display.panels import HandPanel, JointPanel, PosePanel, terms
 from omx.display.viewer import View, write_site_script
 from omx.display.viewer.poster import poster
 from tests.browser.latency import percentile
 from tests.browser.pages import is_blank, pixels, share_changed
-from tests.browser.weblook import image_of
+from tests.browser.weblook import image_of, serious
+from tests.helpers.six_joint_arms import ARMS
 
 
 @pytest.fixture
@@ -41,6 +45,17 @@ def write(folder, *bodies, script=""):
     head = f'<!DOCTYPE html><html><head><meta charset="utf-8">{script}</head>'
     path.write_text(f"{head}<body>{''.join(bodies)}<p id='words'>Around.</p></body></html>", encoding="utf-8")
     return path
+
+
+def with_panels(folder, *panels):
+    """A page with panels, as the site has them."""
+    write_site_script(folder)
+    (folder / "omx-kinematics.js").write_text(shared.kinematics(), encoding="utf-8")
+    (folder / "omx-panels.js").write_text(shared.panels(), encoding="utf-8")
+    style = f"<style>{(shared.ROOT / 'book/static/house.css').read_text(encoding='utf-8')}</style>"
+    names = ("omx-view.js", "omx-kinematics.js", "omx-panels.js")
+    scripts = "".join(f'<script src="{name}" defer></script>' for name in names)
+    return write(folder, *(panel.static_html(shared=True) for panel in panels), script=style + scripts)
 
 
 def frames(page, count):
@@ -228,12 +243,20 @@ def on_ring(pose, pitch):
     return x + out * x, y + out * y, z + up
 
 
-def drawn(frame):
-    """The four moving frames as the viewer draws them, (4, 4, 4), mm."""
+def tell(frame, what, capsys):
+    """How long from the pointer to the drawn frame that shows it: printed, for a shared machine is slow at times."""
+    times, work = frame.evaluate("[omxTimes, omxWork]")
+    with capsys.disabled():
+        told = f"median {np.median(times):.0f} ms, p95 {percentile(times):.0f} ms"
+        print(f"\npointer to drawn frame, {what}: {told}; drawing {np.median(work):.0f} ms of it ({len(times)} frames)")
+
+
+def drawn(frame, joints=4):
+    """The moving frames as the viewer draws them, (joints, 4, 4), mm."""
     find = "(i) => omxScene.viewer.scene_tree.find(['meshcat', 'arm', `${i}`]).object"
     elements = f"(i) => {{ const o = ({find})(i); o.updateMatrix(); return o.matrix.elements; }}"
-    matrices = np.array([frame.evaluate(elements, i) for i in range(1, 5)])
-    matrices = matrices.reshape(4, 4, 4).transpose(0, 2, 1)
+    matrices = np.array([frame.evaluate(elements, i) for i in range(1, joints + 1)])
+    matrices = matrices.reshape(-1, 4, 4).transpose(0, 2, 1)
     matrices[:, :3, 3] *= 1e3
     return matrices
 
@@ -266,10 +289,7 @@ def test_dragging_the_tool_moves_the_arm_as_python_would(show, tmp_path, capsys)
     q = omx.solve_ik(state["asked"], start).q
     assert state["q"] == pytest.approx(q, abs=1e-9)
     np.testing.assert_allclose(drawn(frame), omx.frames(q)[1:], atol=1e-6)
-    times, work = frame.evaluate("[omxTimes, omxWork]")
-    with capsys.disabled():
-        told = f"median {np.median(times):.0f} ms, p95 {percentile(times):.0f} ms"
-        print(f"\npointer to drawn frame: {told}; drawing {np.median(work):.0f} ms of it ({len(times)} frames)")
+    tell(frame, "tool", capsys)
 
 
 def test_what_a_limit_refuses_is_told_and_red_and_the_arm_stays(show, tmp_path):
@@ -316,12 +336,7 @@ def test_a_scene_warns_when_the_arm_is_below_the_table_or_in_itself(show, tmp_pa
 
 def test_a_finger_drags_too_and_the_sliders_of_a_panel_follow(browser, tmp_path):
     """On a touch screen, in a page with a panel: the finger pulls the ball, the sliders and verdicts follow."""
-    write_site_script(tmp_path)
-    (tmp_path / "omx-kinematics.js").write_text(shared.kinematics(), encoding="utf-8")
-    names = ("omx-view.js", "omx-kinematics.js", "omx-panels.js")
-    (tmp_path / names[-1]).write_text(shared.panels(), encoding="utf-8")
-    scripts = "".join(f'<script src="{name}" defer></script>' for name in names)
-    path = write(tmp_path, PosePanel(q=(0.3, -0.4, 0.4, 0.5)).static_html(shared=True), script=scripts)
+    path = with_panels(tmp_path, PosePanel(q=(0.3, -0.4, 0.4, 0.5)))
     context = browser.new_context(viewport={"width": 390, "height": 800}, has_touch=True, is_mobile=True)
     page = context.new_page()
     page.goto(path.as_uri())
@@ -353,13 +368,7 @@ def test_a_finger_drags_too_and_the_sliders_of_a_panel_follow(browser, tmp_path)
 
 def test_each_link_has_its_term_and_a_row_of_the_table_lights_its_frame(browser, tmp_path):
     """On a small screen the arm and its sliders are in sight together; numbers are Python's."""
-    write_site_script(tmp_path)
-    (tmp_path / "omx-kinematics.js").write_text(shared.kinematics(), encoding="utf-8")
-    names = ("omx-view.js", "omx-kinematics.js", "omx-panels.js")
-    (tmp_path / names[-1]).write_text(shared.panels(), encoding="utf-8")
-    style = f"<style>{(shared.ROOT / 'book/static/house.css').read_text(encoding='utf-8')}</style>"
-    scripts = "".join(f'<script src="{name}" defer></script>' for name in names)
-    path = write(tmp_path, JointPanel(q=omx.HOME, terms=True).static_html(shared=True), script=style + scripts)
+    path = with_panels(tmp_path, JointPanel(q=omx.HOME, terms=True))
     context = browser.new_context(viewport={"width": 853, "height": 533})
     page = context.new_page()
     page.goto(path.as_uri())
@@ -443,3 +452,210 @@ def test_a_scene_is_recorded_as_a_film(show, tmp_path, animated):
     assert width > 300
     assert pictures >= 4, "the arm moves in the film"
     assert button.get_attribute("aria-pressed") == "false"
+
+
+# ---- six joints, and a link under the reader's hand ------------------------------------------------------------
+
+START = (0.4, 0.9, 220.0, 0.5, 0.3, -0.8)
+CHOSEN = ".omx-chosen [role=cell]"
+
+
+@pytest.fixture(scope="module")
+def stanford(tmp_path_factory):
+    rows, folder = ARMS["Stanford"].rows, tmp_path_factory.mktemp("stanford")
+    ends = [(-math.pi, math.pi), (-1.5, 1.5), (100, 300), (-math.pi, math.pi), (-1.2, 1.2), (-math.pi, math.pi)]
+    return Inverse(Chain(rows, ends, name="Stanford"), write_inverse("dragged", Chain(rows), folder=folder))
+
+
+def numbers(words):
+    return [float(word) for word in words.replace("\u2212", "-").split()]
+
+
+def taken(inverse, target, start):
+    """What a panel takes for a target, from `start`."""
+    panel = HandPanel(inverse, start)
+    panel.target = target
+    return panel
+
+
+def test_a_hand_is_moved_and_turned_as_python_would(show, tmp_path, capsys, stanford):
+    """Six joints: an arrow moves, a ring turns about its own axis alone, seven ghosts, and the sliders follow."""
+    page, _ = show(with_panels(tmp_path, HandPanel(stanford, START)))
+    (frame,) = frames(page, 1)
+    page.evaluate("scrollTo(0, 0)")
+    frame.evaluate(WATCH)
+    T = stanford.chain.fk(START)
+    at = T[:3, 3]
+    scale, z = frame.evaluate("OMX_CONFIG.arm.reach") / 320, np.array([0, 0, 1])
+    arrow = at + 60 * scale * z
+    drag(page, where(page, frame, arrow), where(page, frame, arrow + 40 * z), steps=30)
+    asked = np.array(frame.evaluate(STATE)["asked"])
+    np.testing.assert_allclose(asked[:3, :3], T[:3, :3], atol=1e-12)
+    assert asked[:3, 3] - at == pytest.approx([0, 0, 40], abs=1.5)
+    on_circle = [asked[:3, 3] + 52 * scale * np.array([math.cos(t), math.sin(t), 0]) for t in (-0.9, -0.5)]
+    drag(page, *(where(page, frame, point) for point in on_circle), steps=30)
+    state = frame.evaluate(STATE)
+    turned = np.array(state["asked"])
+    np.testing.assert_allclose(turned[:, 3], asked[:, 3], atol=1e-9)
+    vector = rotation.to_vector(turned[:3, :3] @ asked[:3, :3].T)
+    assert vector == pytest.approx([0, 0, 0.4], abs=0.04)
+    assert vector[:2] == pytest.approx([0, 0], abs=1e-9), "the ring of z turns about z alone"
+    wanted = taken(stanford, turned, START)
+    assert state["q"] == pytest.approx(wanted.q, abs=1e-9)
+    np.testing.assert_allclose(drawn(frame, 6), stanford.chain.frames(state["q"])[1:], atol=1e-6)
+    sliders = [float(s.input_value()) for s in page.locator(".omx-sliders input").all()]
+    assert sliders == pytest.approx([s.value for s in wanted.sliders], abs=0.51)
+    branch, values, _ = page.locator(CHOSEN).all_inner_texts()
+    in_units = [v if row.prismatic else math.degrees(v) for v, row in zip(wanted.q, stanford.chain.rows, strict=True)]
+    assert branch.lstrip("\u25cf ") == next(s.branch for s in wanted.solutions if s.q == wanted.q)
+    assert numbers(values) == pytest.approx(in_units, abs=0.06)
+    tell(frame, "hand with seven ghosts", capsys)
+
+
+def test_a_hand_by_keys_and_by_branch_and_what_refuses_it(show, tmp_path, stanford):
+    page, _ = show(with_panels(tmp_path, HandPanel(stanford, START)))
+    (frame,) = frames(page, 1)
+    tool = frame.locator("#omx-grip")
+    assert "x, y and z choose an axis, plus and minus turn about it" in tool.get_attribute("aria-label")
+    tool.focus()
+    T = stanford.chain.fk(START)
+    for key in ("ArrowUp", "y", "Shift++"):
+        tool.press(key)
+        page.wait_for_timeout(700)
+    asked = np.array(frame.evaluate(STATE)["asked"])
+    assert asked[:3, 3] == pytest.approx(np.add(np.round(T[:3, 3]), [1, 0, 0]))
+    turn = rotation.from_vector([0, math.radians(10), 0])
+    np.testing.assert_allclose(asked[:3, :3], turn @ T[:3, :3], atol=1e-9)
+    for _ in range(16):
+        tool.press("Shift+PageUp")
+    page.wait_for_timeout(1000)
+    state = frame.evaluate(STATE)
+    refused = taken(stanford, np.array(state["asked"]), START)
+    assert state["chosen"] is None
+    nearest = refused.message.split("Nearest is ")[1].split(": ")[0]
+    spoken, shown = frame.evaluate(WORDS)
+    assert shown.startswith("The arm stays: ")
+    assert shown.endswith(f"({nearest}).")
+    for violation in next(s for s in refused.solutions if s.branch == nearest).violations:
+        by = f"{violation.excess:.1f}\u2009mm" if violation.prismatic else f"{math.degrees(violation.excess):.1f}\u00b0"
+        assert f"{violation.joint} = " in shown
+        assert f"{by} beyond its limit" in spoken
+    assert frame.evaluate(RED_GHOSTS) > 3
+    for _ in range(16):
+        tool.press("Shift+PageDown")
+    page.locator(".omx-choice select").select_option("front, out, flip")
+    page.wait_for_timeout(900)
+    tool.press("ArrowUp")
+    page.wait_for_timeout(900)
+    state = frame.evaluate(STATE)
+    assert state["chosen"]["name"] == "front, out, flip"
+    assert state["q"][4] < 0
+    assert "The arm takes front, out, flip." in page.locator(".omx-answer").inner_text()
+    page.locator(".omx-choice select").select_option("back, in, flip")
+    page.wait_for_timeout(900)
+    assert "back, in, flip is not legal here" in page.locator(".omx-answer").inner_text()
+    assert frame.evaluate(STATE)["q"] == pytest.approx(state["q"], abs=1e-9)
+    assert serious(page) == []
+
+
+SEEN_FROM = "omxScene.viewer.camera.getWorldPosition(new MeshCat.THREE.Vector3()).toArray()"
+
+
+@pytest.mark.parametrize("kind", ["ours", "six joints", "by a finger"])
+def test_a_link_is_pulled_and_the_camera_is_left_alone(kind, browser, tmp_path, capsys, stanford):
+    """Which joints follow, how far, and within their limits; beside the arm the same hand turns the camera."""
+    start = START if kind == "six joints" else (0.3, -0.4, 0.4, 0.5)
+    panel = JointPanel(View.of_chain(stanford.chain, start)) if kind == "six joints" else PosePanel(q=start)
+    chain, (low, high) = panel.view.chain, np.transpose(stanford.chain.limits if kind == "six joints" else omx.LIMITS)
+    finger = kind == "by a finger"
+    size = {"width": 390, "height": 800} if finger else {"width": 900, "height": 700}
+    context = browser.new_context(viewport=size, has_touch=finger, is_mobile=finger)
+    page = context.new_page()
+    page.goto(with_panels(tmp_path, panel).as_uri())
+    (frame,) = frames(page, 1)
+    page.wait_for_timeout(700)
+    frame.evaluate(WATCH)
+    touch = context.new_cdp_session(page)
+
+    def move(start, end):
+        if not finger:
+            return drag(page, start, end, steps=25)
+        ways = [("touchStart", 0), *(("touchMove", k / 8) for k in range(1, 9)), ("touchEnd", None)]
+        for name, share in ways:
+            at = [] if share is None else [{c: a + (b - a) * share for c, a, b in zip("xy", start, end, strict=True)}]
+            touch.send("Input.dispatchTouchEvent", {"type": name, "touchPoints": at})
+            page.wait_for_timeout(30)
+        return page.wait_for_timeout(1000)
+
+    link, point = 3, [0, 0, -120, 1] if kind == "six joints" else [-40, 0, 0, 1]
+    grabbed = where(page, frame, (chain.frames(start)[link] @ point)[:3])
+    seen = frame.evaluate(SEEN_FROM)
+    move(grabbed, grabbed)
+    assert frame.evaluate(STATE)["q"] == pytest.approx(start, abs=1e-9), "a click pulls nothing"
+    move(grabbed, (grabbed[0] + 8, grabbed[1] - 16))
+    state = frame.evaluate(STATE)
+    assert state["stopped"] == ""
+    assert state["q"][link:] == pytest.approx(start[link:], abs=1e-9), "joints beyond the link stand still"
+    assert np.abs(np.subtract(state["q"], start)[:link]).max() > 0.03
+    np.testing.assert_allclose(drawn(frame, len(chain)), chain.frames(state["q"])[1:], atol=1e-6)
+    assert frame.evaluate(SEEN_FROM) == pytest.approx(seen, abs=1e-9)
+    sliders = [float(s.input_value()) for s in page.locator(".omx-sliders input").all()]
+    if kind == "six joints":
+        assert sliders == pytest.approx([v if i == 2 else math.degrees(v) for i, v in enumerate(state["q"])], abs=0.51)
+    else:
+        assert sliders[:3] == pytest.approx(omx.pose(state["q"])[:3], abs=0.51)
+    grabbed = where(page, frame, (chain.frames(state["q"])[link] @ point)[:3])
+    move(grabbed, (grabbed[0] - 150, grabbed[1] + 150))
+    state = frame.evaluate(STATE)
+    assert (np.array(state["q"]) >= low - 1e-9).all()
+    assert (np.array(state["q"]) <= high + 1e-9).all()
+    spoken, shown = frame.evaluate(WORDS)
+    assert state["stopped"]
+    assert shown == f"The arm comes no nearer: {state['stopped']}."
+    assert f"the arm comes no nearer: {state['stopped']}." in spoken
+    box = page.locator("iframe").bounding_box()
+    corner = (box["x"] + 0.85 * box["width"], box["y"] + 0.25 * box["height"])
+    move(corner, (corner[0] - 60, corner[1] + 10))
+    assert np.linalg.norm(np.subtract(frame.evaluate(SEEN_FROM), seen)) > 0.02, "empty space turns the camera"
+    assert frame.evaluate(STATE)["q"] == pytest.approx(state["q"], abs=1e-9)
+    tell(frame, f"link, {kind}", capsys)
+    context.close()
+
+
+def test_a_robots_arm_stays_where_the_robot_is_when_its_link_is_pulled(show, tmp_path):
+    """Only a ghost obeys, and the page is told where it stands."""
+    start = (0.3, -0.4, 0.4, 0.5)
+    panel = JointPanel(View(start))
+    panel.on_command = lambda q: None
+    page, frame = opened(show, tmp_path, panel)
+    page.evaluate("window.told = []; window.addEventListener('message', ({ data }) => told.push(data))")
+    grabbed = where(page, frame, (omx.frames(start)[3] @ [-40, 0, 0, 1])[:3])
+    drag(page, grabbed, (grabbed[0] + 8, grabbed[1] - 16))
+    np.testing.assert_allclose(drawn(frame), omx.frames(start)[1:], atol=1e-6)
+    told = page.evaluate("told.filter(({ omx }) => omx === 'dragged')")[-1]
+    assert told["done"] is True
+    assert told["pose"] is None
+    assert np.abs(np.subtract(told["q"], start)[:3]).max() > 0.03
+    assert told["q"][3] == pytest.approx(start[3])
+
+
+def test_the_tool_of_a_planar_arm_stays_in_its_plane_and_comes_as_near_as_it_can(show, tmp_path):
+    chain = Chain([(0, 0, 200, 0), (0, 0, 150, 0), (0, 0, 80, 0)], [(-1.5, 1.5)] * 3)
+    page, frame = opened(show, tmp_path, View.of_chain(chain, (0.3, 0.4, 0.5)))
+    frame.locator("#omx-bar button", has_text="tool").click()
+    tool = frame.locator("#omx-grip")
+    assert "plus" not in tool.get_attribute("aria-label")
+    tool.focus()
+    before = chain.fk((0.3, 0.4, 0.5))[:3, 3]
+    tool.press("Shift+ArrowLeft")
+    page.wait_for_timeout(900)
+    state = frame.evaluate(STATE)
+    assert state["asked"] == pytest.approx(np.round(before) + np.array([0, 10, 0]))
+    assert chain.fk(state["q"])[:3, 3] == pytest.approx(state["asked"], abs=0.01)
+    np.testing.assert_allclose(drawn(frame, 3), chain.frames(state["q"])[1:], atol=1e-6)
+    for _ in range(12):
+        tool.press("Shift+PageUp")
+    page.wait_for_timeout(900)
+    state = frame.evaluate(STATE)
+    assert state["stopped"].startswith("out of reach, 120.0 mm")
+    assert chain.fk(state["q"])[:2, 3] == pytest.approx(state["asked"][:2], abs=0.1)

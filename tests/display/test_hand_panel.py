@@ -10,6 +10,7 @@ import pytest
 from omx import BadInput, Chain, HandPanel, JointLimit
 from omx.analysis import Inverse
 from omx.derive import write_inverse
+from tests.helpers.scenes import decoded
 from tests.helpers.six_joint_arms import ARMS
 
 Q = np.array([0.4, 0.5, 220.0, 0.5, 0.3, -0.8])
@@ -93,4 +94,34 @@ def test_wrong_arguments_are_refused(inverse, panel):
     with pytest.raises(BadInput, match="no pose"):
         panel.target = np.zeros((4, 4))
     assert repr(panel).startswith("HandPanel: ")
-    assert "omx-panel" not in panel.static_html(shared=True)
+
+
+def test_a_dragged_hand_asks_for_its_pose_and_a_pulled_link_says_where_the_joints_are(panel, inverse):
+    """What the page sends: a target by the handle, or no target, and the joint values of a pull."""
+    hear = panel.view.widget._on_message
+    T = inverse.chain.fk(Q * 1.05)
+    hear(None, {"event": "dragged", "pose": T.tolist(), "q": (Q * 1.05).tolist()}, [])
+    np.testing.assert_allclose(panel.target, T)
+    np.testing.assert_allclose(panel.q, Q * 1.05, atol=1e-9)
+    panel.branch = "front, out, flip"
+    pulled = Q * 0.95
+    hear(None, {"event": "dragged", "pose": None, "q": pulled.tolist()}, [])
+    np.testing.assert_allclose(panel.q, pulled)
+    np.testing.assert_allclose(panel.target, inverse.chain.fk(pulled))
+    assert panel.branch == "nearest"
+    assert panel.sliders[0].value == pytest.approx(panel.target[0, 3])
+
+
+def test_the_scene_knows_the_generated_inverse_and_the_branch_that_is_kept(panel, inverse):
+    about = panel.view._config()["arm"]
+    assert about["handle"] is True
+    assert about["branches"] == list(inverse.branches)
+    assert len(about["colours"]["branches"]) == 8
+    assert "function branches(" in about["inverse"]
+    assert "export" not in about["inverse"]
+    panel.branch = "front, out, flip"
+    kept = decoded(panel.view.channel)[("set_property", "/meshcat/arm", "branch")]
+    assert kept["value"] == "front, out, flip"
+    page = html.unescape(panel.static_html(shared=True))
+    assert '"kind": "pose"' in page
+    assert '["roll", "deg", -180' in page

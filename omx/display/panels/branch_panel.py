@@ -6,6 +6,7 @@ import ipywidgets
 
 from ...errors import OmxError
 from ..palette import PALETTE
+from ..viewer.moving_parts import put_property
 from ..viewer.view import View
 from . import tables
 from .panel import Panel, side_by_side
@@ -17,17 +18,19 @@ NEAREST = "nearest"
 class BranchPanel(Panel):
     """Sliders for a pose under the arm, which takes the branch that is chosen; the others are ghosts.
 
-    A panel of its own says which pose belongs to joint values (`_pose_of`), which answers to a pose (`_answers`),
-    and which of them the arm takes (`_choose`, or `OmxError`: then the arm stays). `rows`: sliders with their lines.
+    A panel of its own says which pose belongs to joint values (`_pose_of`), which answers to a pose (`_answers`), which
+    of them the arm takes (`_choose`, or `OmxError`: then the arm stays), and how a pose is asked for (`_take`).
+    `rows`: sliders with their lines, in `units`.
     """
 
-    def __init__(self, view: View, rows, branches, q):
+    def __init__(self, view: View, rows, units, branches, q):
+        self._units = units
         self.sliders = [slider for slider, _ in rows]
         for slider in self.sliders:
             slider.observe(self._heard, "value")
         self._choice = ipywidgets.Dropdown(options=[NEAREST, *branches], description="branch")
         self._choice.style.description_width = "48px"
-        self._choice.observe(lambda _: self._solve(), "value")
+        self._choice.observe(lambda _: self._keep(), "value")
         self._text, self._notice = ipywidgets.HTML(), ipywidgets.HTML()
         self._solutions, self._chosen, self._message = (), None, ""
         controls = ipywidgets.VBox([*(line for _, line in rows), self._choice])
@@ -54,6 +57,22 @@ class BranchPanel(Panel):
     def message(self) -> str:
         """Why the arm did not follow, or nothing."""
         return self._message
+
+    def _static_data(self) -> dict:
+        sliders = [(s.description, unit, s.min, s.max) for s, unit in zip(self.sliders, self._units, strict=True)]
+        return {"kind": "pose", "sliders": sliders}
+
+    def _dragged(self, pose, q) -> None:
+        """By its handle the tool is asked to a pose; a link that is pulled says where the joints are, and no pose."""
+        if pose is None:
+            super()._dragged(pose, q)
+        else:
+            self._take(pose)
+
+    def _keep(self) -> None:
+        """A branch was chosen: in the scene, too, a dragged tool keeps to it."""
+        put_property(self.view.channel, "/meshcat/arm", "branch", "" if self.branch == NEAREST else self.branch)
+        self._solve()
 
     def _ask(self, pose) -> None:
         """Ask for `pose` from outside the sliders, which follow."""

@@ -15,6 +15,9 @@ from .panel import slider_row
 
 _UNITS = ("mm", "mm", "mm", "deg", "deg", "deg")
 
+#: So many mm of a slide count as one rad of a turn.
+_SLIDE = 100.0
+
 
 class HandPanel(BranchPanel):
     """Sliders for x, y, z (mm) and roll, pitch, yaw (deg) of the hand; the arm takes the branch that is chosen.
@@ -40,7 +43,8 @@ class HandPanel(BranchPanel):
         spans = dict.fromkeys("xyz", reach + math.ceil(slid)) | {"roll": 180, "pitch": 90, "yaw": 180}
         named = zip(spans.items(), _UNITS, strict=True)
         rows = [slider_row(name, -span, span, 0.0, unit) for (name, span), unit in named]
-        super().__init__(view, rows, inverse.branches, q)
+        view.let_drag(inverse.chain.limits, handle=True, inverse=inverse)
+        super().__init__(view, rows, _UNITS, inverse.branches, q)
 
     @property
     def target(self) -> np.ndarray:
@@ -49,14 +53,13 @@ class HandPanel(BranchPanel):
 
     @target.setter
     def target(self, T) -> None:
-        self.inverse(T)  # refuses what is no pose before anything moves
-        self._ask(np.array(T, dtype=float))
-
-    def static_html(self, *, shared: bool = False) -> str:
-        """The scene with its ghosts: the sliders need Python."""
-        return self.view.static_html(shared=shared)
+        self._take(T)
 
     # -- the slots of Panel and BranchPanel ------------------------------------------------------------------
+
+    def _take(self, T) -> None:
+        self.inverse(T)  # refuses what is no pose before anything moves
+        self._ask(np.array(T, dtype=float))
 
     def _ends(self):
         return zip(self.inverse.chain.rows, self.inverse.chain.limits or (), strict=False)
@@ -87,15 +90,19 @@ class HandPanel(BranchPanel):
             return named
         legal = [s for s in self._solutions if s.legal]
         if not legal:
-            best = min(self._solutions, key=lambda s: (s.missing, len(s.violations)))
+            best = min(self._solutions, key=lambda s: (s.missing, max(map(_excess, s.violations), default=0.0)))
             raise OmxError(f"No branch is legal. Nearest is {best.branch}: {tables.verdict(best)}.")
         return min(legal, key=lambda s: self._way(s.q))
 
     def _way(self, q) -> float:
-        """How far the joints have to go; a slide's mm count as parts of the arm's length."""
+        """How far the joints have to go."""
         apart = np.subtract(q, self._q)
         slides = np.array([row.prismatic for row in self.inverse.chain.rows])
-        return float((np.where(slides, apart / 100.0, wrap(apart)) ** 2).sum())
+        return float((np.where(slides, apart / _SLIDE, wrap(apart)) ** 2).sum())
 
     def _remark(self) -> str:
         return "; ".join(family.text for family in getattr(self._chosen, "families", ()))
+
+
+def _excess(violation) -> float:
+    return violation.excess / (_SLIDE if violation.prismatic else 1.0)

@@ -76,14 +76,10 @@ class JointPanel(Panel):
         self.chain.check(q)
 
     def _static_data(self) -> dict:
-        data = {"kind": "joints", "names": list(self.chain.names), "limits": list(self.chain.limits)}
+        data = {"kind": "joints", **({"section": True} if self.view.has_section else {})}
         if self._terms is not None:
             data["terms"] = {"words": WORDS, "colours": COLOURS, "table": self._terms.html, "shown": self._shown}
-        if self.view.geometry is not None:
-            section = {"section": True} if self.view.has_section else {}
-            return {**data, **section, "geometry": list(self.view.geometry.values), "home": HOME}
-        fixed = {name: T.tolist() for name in ("base", "tool") if (T := getattr(self.chain, name)) is not None}
-        return {**data, **fixed, "rows": [vars_of(row) for row in self.chain.rows]}
+        return data
 
     def static_html(self, *, shared: bool = False) -> str:
         """As every panel's; with `terms` all frames are in the scene, for the page to show."""
@@ -112,12 +108,6 @@ class JointPanel(Panel):
             values.append(("pitch", math.degrees(tool_pose(self._q, self.view.geometry).pitch), "deg"))
         formula = lines(self.view.chain.frames(self._q)) if self._terms is not None else ""
         self._text.value = formula + tables.matrix_table(T) + tables.value_table(values)
-
-
-def vars_of(row) -> dict:
-    """A DH row as plain numbers, for a page's script."""
-    numbers = {name: float(getattr(row, name)) for name in ("theta", "d", "a", "alpha")}
-    return {**numbers, "prismatic": bool(row.prismatic)}
 
 
 def _limited(chain: Chain, limits) -> Chain:

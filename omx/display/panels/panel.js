@@ -5,7 +5,7 @@
   const { OMX_ARM: A, OMX_ROW, OMX_FIGURES, OMX_CHART } = window;
   if (!window.OMX_KINEMATICS) return;
   const { DEG, text, columns } = A;
-  const SETTLE_MS = 450; // until what a figure says is spoken
+  const NEAREST = "nearest", SETTLE_MS = 450; // until what a figure says is spoken
   const GREEK = { theta: "\u03b8", alpha: "\u03b1" };
 
   function element(tag, attributes, ...children) {
@@ -20,7 +20,8 @@
   class Panel {
     constructor(box) {
       this.box = box;
-      Object.assign(this, { limits: null, rows: null }, JSON.parse(box.dataset.panel));
+      Object.assign(this, JSON.parse(box.dataset.panel));
+      this.about = JSON.parse(box.querySelector("[data-config]")?.dataset.config ?? "{}").arm; // what its scene knows of the arm
       this.pale = box.closest(".omx-robot"); // the ghost of a robot's panel is what you ask for: here the arm obeys at once
       box.dataset.kind = this.kind;
       this.controls = element("div", { class: "omx-controls" });
@@ -31,12 +32,12 @@
       addEventListener("message", ({ data, source }) => {
         if (source !== this.frame()?.contentWindow) return;
         if (data?.omx === "ready") this.send();
-        if (data?.omx === "dragged" && this.geometry) this.dragged(data);
+        if (data?.omx === "dragged" && this.about) this.dragged(data);
       });
       this.show();
     }
 
-    // Say it to a screen reader when the reader's hand rests. (Scenes of the arm speak for themselves.)
+    // Say it to a screen reader when the reader's hand rests. (Scenes of an arm speak for themselves.)
     speak(words) {
       clearTimeout(this.settling);
       if (this.said) this.settling = setTimeout(() => { this.spoken.textContent = words; }, SETTLE_MS);
@@ -45,17 +46,19 @@
 
     frame() { return this.box.querySelector("iframe"); }
 
-    frames(q) { return this.rows ? A.chainFrames(this, q) : A.frames(q, this.geometry); }
+    frames(q) { return A.frames(q, this.about); }
 
-    // The reader drags the tool in the scene: the sliders follow, and the scene is told when all is done.
+    // The reader drags the tool in the scene, or pulls a link: the sliders follow, and the scene is told when all is done.
     dragged({ pose, q, done }) {
       if (q) this.q = q;
       if (this.pose) {
-        this.pose = pose;
-        this.solve();
+        this.pose = pose ?? A.pose(this.q, this.about);
+        this.values = A.task(this.about).values(this.pose);
+        if (!pose) this.choice.value = NEAREST;
+        this.solve(!pose);
       }
       this.inputs.forEach((input, i) => {
-        input.value = this.pose ? this.pose[i] / (i === 3 ? DEG : 1) : this.q[i] / this.scales[i];
+        input.value = this.pose ? this.values[i] : this.q[i] / this.scales[i];
         input.tell();
       });
       this.write();
@@ -78,17 +81,17 @@
           });
         }
         if (this.section) nodes["/meshcat/section"] = columns(A.link(this.q[0], 0, 0, Math.PI / 2));
-        if (this.pose) nodes["/meshcat/notes/target"] = columns(A.target(this.pose));
+        if (this.pose) nodes["/meshcat/notes/target"] = columns(A.task(this.about).matrix(this.pose));
         (this.found || []).forEach((s, k) => {
           visible[`/meshcat/ghosts/${k}`] = s.reachable && s.index !== this.chosen?.index;
           if (s.reachable) this.frames(s.q).forEach((T, i) => { nodes[`/meshcat/ghosts/${k}/${i}`] = columns(T); });
         });
-        this.post(nodes, visible);
+        this.post(nodes, visible, this.kept?.());
       });
     }
 
-    post(nodes, visible) {
-      this.frame()?.contentWindow?.postMessage({ omx: "transforms", nodes, visible }, "*");
+    post(nodes, visible, branch) {
+      this.frame()?.contentWindow?.postMessage({ omx: "transforms", nodes, visible, branch }, "*");
     }
 
     slider(list, name, unit, low, high, value, hear, step = 1) {
@@ -112,13 +115,13 @@
     jointsControls() {
       const sliders = element("div", { class: "omx-sliders" });
       const joints = this.q.map((_, i) => {
-        const sliding = this.rows?.[i].prismatic;
+        const sliding = this.about.rows[i].prismatic;
         const scale = sliding ? 1 : DEG;
-        const [low, high] = this.limits?.[i] || (sliding ? [0, 100] : [-Math.PI, Math.PI]);
+        const [low, high] = this.about.limits?.[i] || (sliding ? [0, 100] : [-Math.PI, Math.PI]);
         return { scale, low: Math.ceil(low / scale - 1e-6), high: Math.floor(high / scale + 1e-6), unit: sliding ? "mm" : "\u00b0" };
       });
       this.inputs = joints.map(({ scale, low, high, unit }, i) =>
-        this.slider(sliders, this.names?.[i] || `q${i + 1}`, unit, low, high, this.q[i] / scale, () => {
+        this.slider(sliders, this.about.names[i], unit, low, high, this.q[i] / scale, () => {
           this.q = this.inputs.map((input, k) => Number(input.value) * joints[k].scale);
           this.show();
         }));
@@ -133,7 +136,7 @@
         return button;
       };
       const poses = [go("zero", joints.map(({ low, high, scale }) => scale * Math.min(Math.max(0, low), high)))];
-      if (this.geometry) poses.push(go("home", this.home));
+      if (this.about.home) poses.push(go("home", this.about.home));
       sliders.append(element("p", { class: "omx-poses" }, ...poses));
       this.answer = element("div", { class: "omx-answer" });
       this.controls.append(sliders, this.answer);
@@ -180,11 +183,10 @@
     writePose() {
       const T = this.frames(this.q).at(-1);
       const values = ["x", "y", "z"].map((name, i) => `${name} = ${text(T[i][3], 1)} mm`);
-      if (this.geometry) values.push(`pitch = ${text(A.pose(this.q, this.geometry)[3] / DEG, 1)}\u00b0`);
+      if (this.about.geometry) values.push(`pitch = ${text(A.pose(this.q, this.about)[3] / DEG, 1)}\u00b0`);
       this.answer.replaceChildren(...(this.terms ? this.sums() : []),
         element("p", { class: "omx-values" }, ...values.map((v) => element("span", {}, v))),
         this.matrix(T, "T", "the pose T"));
-      if (!this.geometry) this.speak(`Tool at ${values.join(", ")}.`);
     }
 
     // -- one DH row -----------------------------------------------------------------------------------------------
@@ -217,14 +219,19 @@
     // -- pose -----------------------------------------------------------------------------------------------------
 
     poseControls() {
-      this.pose = A.pose(this.q, this.geometry);
+      const task = A.task(this.about), changed = () => { this.solve(); this.show(); };
+      this.pose = A.pose(this.q, this.about);
+      this.values = task.values(this.pose);
       const sliders = element("div", { class: "omx-sliders" });
       this.inputs = this.sliders.map(([name, unit, low, high], i) =>
-        this.slider(sliders, name, unit === "mm" ? "mm" : "\u00b0", low, high, this.pose[i] / (i === 3 ? DEG : 1), () => {
-          this.pose = this.inputs.map((input, k) => Number(input.value) * (k === 3 ? DEG : 1));
-          this.solve();
-          this.show();
+        this.slider(sliders, name, unit === "mm" ? "mm" : "\u00b0", low, high, this.values[i], () => {
+          this.values[i] = Number(this.inputs[i].value); // the others keep what they stand for
+          this.pose = task.asked(this.values);
+          changed();
         }));
+      this.choice = element("select", {}, ...[NEAREST, ...this.about.branches].map((name) => element("option", {}, name)));
+      this.choice.addEventListener("change", changed);
+      sliders.append(element("label", { class: "omx-choice" }, element("i", {}, "branch"), this.choice));
       this.verdict = element("p", { role: "status" }); // spoken where it changes, not with every number below it
       this.table = element("div", {});
       this.answer = element("div", { class: "omx-answer" }, this.verdict, this.table);
@@ -232,26 +239,32 @@
       this.solve();
     }
 
-    // The arm takes the legal branch that is nearest to where it is; without one, it stays.
-    solve() {
-      this.found = A.branches(this.pose, this);
-      this.chosen = A.nearest(this.found, this.pose, this.q, this);
-      if (this.chosen) this.q = this.chosen.q;
+    kept() { return this.choice?.value === NEAREST ? "" : this.choice?.value; }
+
+    // The arm takes the legal branch that is nearest to where it is, or the one that was chosen; without one, it stays. It
+    // stays as well where it has been `pulled`.
+    solve(pulled) {
+      this.found = A.branches(this.pose, this.about);
+      const named = this.found.find(({ name }) => name === this.kept());
+      this.chosen = named ? named.legal && named : A.nearest(this.found, this.pose, this.q, this.about);
+      if (this.chosen && !pulled) this.q = this.chosen.q;
     }
 
     writeBranches() {
-      const body = element("tbody", { role: "rowgroup" });
+      const body = element("tbody", { role: "rowgroup" }), { rows } = this.about, slides = rows.some(({ prismatic }) => prismatic);
       for (const s of this.found) {
-        const angles = s.reachable ? s.q.map((v) => text(v / DEG, 1)).join("\u2002") : "\u2014";
+        const angles = s.reachable ? s.q.map((v, i) => text(rows[i].prismatic ? v : v / DEG, 1)).join("\u2002") : "\u2014";
         const cells = [s.name, angles, s.verdict].map((word, i) => element("td", { role: "cell", ...(i === 1 && { class: "omx-angles" }) }, word));
-        const colour = this.colours[s.index];
+        const colour = this.about.colours.branches[s.index];
         cells[0].prepend(element("span", { style: `color: ${colour}`, "aria-hidden": "true" }, "\u25cf "));
         body.append(element("tr", { role: "row", ...(s.index === this.chosen?.index && { class: "omx-chosen" }) }, ...cells));
       }
-      const names = ["branch", "q (\u00b0)", "verdict"].map((word) => element("th", { scope: "col", role: "columnheader" }, word));
+      const names = ["branch", slides ? "q (\u00b0, mm)" : "q (\u00b0)", "verdict"].map((word) => element("th", { scope: "col", role: "columnheader" }, word));
       const head = element("thead", { role: "rowgroup" }, element("tr", { role: "row" }, ...names));
       const table = element("table", { class: "omx-branches", role: "table" }, head, body); // roles: the style makes it no table
-      const words = this.chosen ? `The arm takes ${this.chosen.name}.` : "The arm stays: no branch is legal here.";
+      const free = this.chosen && this.about.inverse ? A.families(this.q, this.about).map((words) => ` Here ${words}.`).join("") : "";
+      const wanted = this.kept(), stays = wanted ? `${wanted} is not legal here` : "no branch is legal here";
+      const words = this.chosen ? `The arm takes ${this.chosen.name}.${free}` : `The arm stays: ${stays}.`;
       if (this.verdict.textContent !== words) this.verdict.textContent = words;
       this.table.replaceChildren(table);
     }

@@ -79,7 +79,7 @@ class Panel(ipywidgets.VBox):
         return f'<div class="omx-panel" data-panel="{data}">{scene}</div>'
 
     def _dragged(self, _pose, q) -> None:
-        """The reader has dragged the tool in the scene."""
+        """The reader has dragged the tool in the scene, or pulled a link."""
         if q is not None:
             self._place(self.view.check(q))
 

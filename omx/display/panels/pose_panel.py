@@ -8,7 +8,6 @@ from ...errors import JointLimit, OmxError
 from ...geometry import COURSE
 from ...kinematics import IKSolution, ik, solve_ik
 from ...kinematics import pose as tool_pose
-from ..palette import PALETTE
 from ..viewer.arm_data import branch_names
 from ..viewer.view import View
 from .branch_panel import NEAREST, BranchPanel
@@ -35,7 +34,7 @@ class PosePanel(BranchPanel):
             low, high = span if isinstance(span, tuple) else (-span, span)
             rows.append(slider_row(name, low, high, 0.0, unit))
         view.let_drag(limits, handle=True)
-        super().__init__(view, rows, branch_names(), q)
+        super().__init__(view, rows, _UNITS, branch_names(), q)
 
     @property
     def pose(self) -> tuple[float, float, float, float]:
@@ -44,15 +43,13 @@ class PosePanel(BranchPanel):
 
     @pose.setter
     def pose(self, value) -> None:
-        ik(value, self.geometry, self.limits)  # refuses what is no pose before anything moves
-        self._ask(tuple(float(v) for v in value))
+        self._take(value)
 
     # -- the slots of Panel and BranchPanel ------------------------------------------------------------------
 
-    def _static_data(self) -> dict:
-        sliders = [(s.description, unit, s.min, s.max) for s, unit in zip(self.sliders, _UNITS, strict=True)]
-        return {"kind": "pose", "geometry": list(self.geometry.values), "limits": list(self.limits), "sliders": sliders,
-                "branches": branch_names(), "colours": PALETTE[:4]}  # fmt: skip
+    def _take(self, value) -> None:
+        ik(value, self.geometry, self.limits)  # refuses what is no pose before anything moves
+        self._ask(tuple(float(v) for v in value))
 
     def _check(self, q) -> None:
         Chain(self.view.chain.rows, self.limits).check(q)
@@ -62,9 +59,6 @@ class PosePanel(BranchPanel):
 
     def _answers(self, pose) -> tuple[IKSolution, ...]:
         return ik(pose, self.geometry, self.limits)
-
-    def _dragged(self, pose, _q) -> None:
-        self.pose = pose
 
     def _slider_values(self, _q) -> list[float]:
         x, y, z, pitch = self._pose

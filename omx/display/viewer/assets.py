@@ -35,10 +35,15 @@ def kinematics() -> str:
     parts = []
     for path in (_GENERATED / f"{name}.js" for name in ("fk", "ik", "jacobian")):
         text = path.read_text(encoding="utf-8") if path.exists() else ""
-        names = ", ".join(re.findall(r"^export (?:function|const) (\w+)", text, re.M))
-        body = re.sub(r"^export ", "", text, flags=re.M)
-        parts.append(f"{path.stem}: (() => {{\n{body}\nreturn {{ {names} }};\n}})(),\n")
+        parts.append(f"{path.stem}: {as_expression(text)},\n")
     return f"window.OMX_KINEMATICS = {{\n{''.join(parts)}}};\n{script('arm.js')}"
+
+
+def as_expression(module: str) -> str:
+    """The text of a JavaScript module as an expression: an object of all that it exports."""
+    names = ", ".join(re.findall(r"^export (?:function|const) (\w+)", module, re.M))
+    body = re.sub(r"^export ", "", module, flags=re.M)
+    return f"(() => {{\n{body}\nreturn {{ {names} }};\n}})()"
 
 
 @functools.cache

@@ -227,11 +227,12 @@
 
   // ---- in a page without a kernel, the page around the frame speaks to it ------------------------------------
   const said = {
-    transforms({ nodes, visible }) {
+    transforms({ nodes, visible, branch }) {
       if (viewer.animator.playing) play.click();
       const words = (path) => path.split("/").filter(Boolean);
       for (const [path, matrix] of Object.entries(nodes)) viewer.set_transform(words(path), matrix);
       for (const [path, shown] of Object.entries(visible || {})) viewer.set_property(words(path), "visible", shown);
+      if (branch !== undefined) viewer.set_property(["meshcat", "arm"], "branch", branch);
       viewer.set_dirty();
     },
     play() { if (!viewer.animator.playing) play.click(); },

@@ -27,7 +27,8 @@ class Scene:
         self.height = int(height)
         self._aim, self._floor = (aim, distance), floor
         self._mark = 52.0 * max(0.5, distance)
-        #: Called with the pose (mm, rad) and the joint values (rad, None if it cannot be had) to which a reader drags.
+        #: Called with the target to which a reader drags the tool, [x, y, z, pitch] (mm, rad) or a hand's T (4, 4), and
+        #: with the joint values: no target (None) where a link was pulled, no joint values where it cannot be had.
         self.on_drag = None
         self._widget = None
         self._notes: set[str] = set()

@@ -55,6 +55,18 @@
     dress();
   });
 
+  // On a slide, keys are the speaker's after a click in here, too; who has come by Tab keeps them. It listens before the
+  // viewer does, which keeps a hand on the arm to itself.
+  let clicked = false;
+  window.addEventListener("pointerdown", () => { clicked = window.OMX_CONFIG.keys === "page"; }, { capture: true });
+  window.addEventListener("keydown", (event) => {
+    if (event.key === "Tab") clicked = false;
+    if (!clicked || event.ctrlKey || event.altKey || event.metaKey) return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+    window.parent.postMessage({ omx: "key", code: event.keyCode }, "*");
+  }, { capture: true });
+
   const code = document.createElement("script");
   code.textContent = await unpack("viewer").text();
   document.body.append(code);
@@ -80,16 +92,6 @@
     const below = Object.entries(children).filter(([name]) => !name.startsWith("<"));
     return Object.assign({ [path]: object.matrix.elements }, ...below.map(([name, node]) => places(node, `${path}/${name}`)));
   }
-  // On a slide, keys are the speaker's after a click in here, too; who has come by Tab keeps them.
-  let clicked = false;
-  window.addEventListener("pointerdown", () => { clicked = window.OMX_CONFIG.keys === "page"; }, { capture: true });
-  window.addEventListener("keydown", (event) => {
-    if (event.key === "Tab") clicked = false;
-    if (!clicked || event.ctrlKey || event.altKey || event.metaKey) return;
-    event.preventDefault();
-    event.stopImmediatePropagation();
-    window.parent.postMessage({ omx: "key", code: event.keyCode }, "*");
-  }, { capture: true });
   document.body.dataset.ready = "true";
   window.parent.postMessage({ omx: "ready" }, "*"); // the page may now move it
 })();

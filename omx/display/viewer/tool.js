@@ -1,19 +1,24 @@
-// Drag the tool: in the scene's frame, beside scene.js. Arrows for x, y, z, a ring for the pitch and a ball for all three; the
-// arm follows by the generated formulas (arm.js), the other branches are ghosts, and what a limit refuses turns red. It also
-// says what the scene shows: in words when it settles, and as a warning when the arm touches the table or itself.
+// Drag the tool, or pull a link: in the scene's frame, beside scene.js. The tool has arrows for x, y, z, a ball for all three
+// and a ring for each turn that the arm's inverse takes; the arm follows by the generated formulas (arm.js), the other branches
+// are ghosts, and what a limit refuses turns red. A link, or the tool of an arm without an inverse, is followed by damped least
+// squares. It also says what the scene shows: in words when it settles, and as a warning when the arm touches the table or itself.
 (function () {
   "use strict";
   const about = window.OMX_CONFIG?.arm, stage = window.omxScene, viewer = stage?.viewer;
-  if (!about || !viewer || !window.OMX_KINEMATICS?.ik) return;
-  const A = window.OMX_ARM, { THREE } = MeshCat, { colours } = about;
+  if (!about || !viewer || (about.geometry && !window.OMX_KINEMATICS?.ik)) return;
+  const A = window.OMX_ARM, { THREE } = MeshCat, { colours } = about, task = A.task(about);
   const SETTLE_MS = 450, ANSWER_MS = 350; // until the scene has settled; until the host has answered the last position
-  const MOVING = [1, 2, 3, 4];
+  const SLOP = 4; // a hand that moves by fewer pixels has only clicked
+  const LINKS = about.rows.map((_, i) => i + 1), TIP = LINKS.length;
+  const GHOSTLY = about.geometry ? LINKS.slice(1) : LINKS; // what turns about a vertical axis alone often stands there already
 
   let q = null; // of the solid arm
-  let asked = null; // the pose that the handle stands for
+  let aim = null; // where the reader has led it; a robot's solid arm does not follow
+  let asked = null; // the target that the handle stands for
   let found = [], chosen = null;
   let grip = null; // what is being dragged
-  let wanted = false; // is it a pose that somebody asked for, and not just where the arm is?
+  let wanted = false; // is it a target that somebody asked for, and not just where the arm is?
+  let stopped = ""; // why a pull got no farther
   let waiting = 0;
 
   // ---- the scene's own nodes -------------------------------------------------------------------------------------------
@@ -29,8 +34,9 @@
 
   // ---- the handle ------------------------------------------------------------------------------------------------------
 
-  const handle = new THREE.Group(), ring = new THREE.Group(), targets = [];
-  handle.add(ring);
+  const handle = new THREE.Group(), targets = [];
+  const scale = about.geometry ? 1 : about.reach / 320; // as large in the picture of every arm as in that of this book's
+  handle.scale.setScalar(scale);
   const UP = new THREE.Vector3(0, 1, 0), SIZE = 0.07, RING = 0.052;
 
   function part(name, geometry, colour, parent, fat) {
@@ -47,7 +53,10 @@
     }
     return mesh;
   }
+  const tips = [1, 2, 3, 4, 5].map((k) => A.at(A.frames(about.rows.map((row, i) => (row.prismatic ? 100 : 1) * Math.sin(k + 2 * i * k)), about).at(-1)));
+  const flat = (i) => !task.given && tips.every((tip) => Math.abs(tip[i] - tips[0][i]) < 1e-6); // a planar arm never leaves its plane
   ["x", "y", "z"].forEach((name, i) => {
+    if (flat(i)) return;
     const arrow = new THREE.Group();
     arrow.quaternion.setFromUnitVectors(UP, new THREE.Vector3().setComponent(i, 1));
     handle.add(arrow);
@@ -55,20 +64,41 @@
     part(name, new THREE.ConeGeometry(0.0052, 0.016, 20).translate(0, SIZE, 0), colours.axes[i], arrow,
       new THREE.CylinderGeometry(0.009, 0.009, SIZE - 0.006).translate(0, 0.5 * SIZE + 0.012, 0));
   });
-  const flat = (geometry) => geometry.rotateX(Math.PI / 2);
-  const circle = part("pitch", flat(new THREE.TorusGeometry(RING, 0.0011, 8, 60)), colours.ink, ring, flat(new THREE.TorusGeometry(RING, 0.007, 6, 36)));
-  const knob = part("pitch", new THREE.SphereGeometry(0.0062, 16, 12), colours.ink, ring, new THREE.SphereGeometry(0.012, 8, 6));
-  const knobTarget = targets.at(-1);
+  const rings = task.rings([1, 0]).map(({ name, axis }, k) => {
+    const ring = new THREE.Group(), ink = colours.axes[axis] ?? colours.ink;
+    handle.add(ring);
+    const circle = part(name, new THREE.TorusGeometry(RING, 0.0011, 8, 60), ink, ring, new THREE.TorusGeometry(RING, 0.007, 6, 36));
+    const knob = axis === undefined && part(name, new THREE.SphereGeometry(0.0062, 16, 12), ink, ring, new THREE.SphereGeometry(0.012, 8, 6));
+    for (const target of targets.slice(knob ? -2 : -1)) target.userData.ring = k;
+    return { ring, circle, knob, knobTarget: knob && targets.at(-1) };
+  });
   const ball = part("all", new THREE.SphereGeometry(0.0068, 16, 12), colours.ink, handle, new THREE.SphereGeometry(0.014, 8, 6));
+  const front = [targets.at(-1), ...rings.map(({ knobTarget }) => knobTarget).filter(Boolean)]; // they lie before the others
+  const rope = new THREE.Group(); // from the point of a link to the hand that pulls it
+  const fist = part("link", new THREE.SphereGeometry(0.0068 * scale, 16, 12), colours.ink, rope);
+  const thread = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ depthTest: false, transparent: true }));
+  thread.renderOrder = 30;
+  thread.frustumCulled = false;
+  rope.add(thread);
+
+  const vector = (v) => new THREE.Vector3(...v);
+  const turnsOf = (target) => task.rings(target).map(({ u, v, ...more }) => ({ ...more, u: vector(u), v: vector(v), axle: vector(u).cross(vector(v)) }));
+  const position = () => vector(A.at(task.matrix(asked)));
 
   function placeHandle() {
-    const [x, y, z, pitch] = asked;
-    handle.position.set(1e-3 * x, 1e-3 * y, 1e-3 * z);
-    ring.rotation.z = Math.atan2(y, x);
-    for (const k of [knob, knobTarget]) k.position.set(RING * Math.cos(pitch), 0, RING * Math.sin(pitch));
-    const night = document.documentElement.classList.contains("dark");
-    const ink = refused() ? colours.refused : night ? "#ffffff" : colours.ink;
-    for (const mesh of [ball, knob, circle]) mesh.material.color.set(ink);
+    handle.position.copy(position()).multiplyScalar(1e-3);
+    turnsOf(asked).forEach(({ u, v, axle }, k) => {
+      const { ring, knob, knobTarget } = rings[k];
+      ring.quaternion.setFromRotationMatrix(new THREE.Matrix4().makeBasis(u, v, axle));
+      if (knob) for (const o of [knob, knobTarget]) o.position.set(RING * Math.cos(asked[3]), RING * Math.sin(asked[3]), 0);
+    });
+    const night = document.documentElement.classList.contains("dark"), ink = night ? "#ffffff" : colours.ink;
+    const red = (refused() || stopped) && colours.refused;
+    for (const mesh of [ball, fist, thread]) mesh.material.color.set(red || ink);
+    rings.forEach(({ circle, knob }, k) => {
+      circle.material.color.set(red || (knob ? ink : colours.axes[k]));
+      if (knob) knob.material.color.set(red || ink);
+    });
   }
   const refused = () => Boolean(wanted && found.length && !chosen);
   const dragging = () => Boolean(grip || waiting);
@@ -78,34 +108,35 @@
   let ghosts = null;
   function makeGhosts() {
     const root = new THREE.Group();
-    ghosts = about.branches.map((_, k) => {
-      const material = new THREE.MeshPhongMaterial({ color: colours.branches[k], transparent: true, opacity: 0.3,
+    ghosts = (about.branches ?? [""]).map((_, k) => {
+      const colour = colours.branches[k] ?? colours.ink;
+      const material = new THREE.MeshPhongMaterial({ color: colour, transparent: true, opacity: 0.3,
         polygonOffset: true, polygonOffsetFactor: 3, polygonOffsetUnits: 6 });
-      const links = [2, 3, 4].map((i) => {
+      const links = GHOSTLY.map((i) => {
         const link = node("arm", i).object.clone();
         link.matrixAutoUpdate = true;
         link.traverse((o) => { if (o.isMesh) Object.assign(o, { material, castShadow: false, receiveShadow: false }); });
         root.add(link);
         return link;
       });
-      return { material, links, colour: colours.branches[k] };
+      return { material, links, colour };
     });
     node().object.add(root);
     ghosts.root = root;
   }
 
   function placeGhosts() {
-    const shown = on && (dragging() || !node("ghosts"));
-    standBack(node("ghosts")?.object);
+    const led = dragging() && (on || !follows()), shown = led || (on && !node("ghosts"));
+    standBack(node("ghosts")?.object, led);
     if (ghosts) ghosts.root.visible = shown;
     if (!shown || !asked || !found.length) return;
     if (!ghosts) makeGhosts();
-    const near = refused() ? A.closest(found) : null;
+    const near = refused() ? closest() : null;
     found.forEach((s, k) => {
       const { links, material, colour } = ghosts[k];
-      const seen = s.reachable && (s.index !== chosen?.index || !follows());
-      const T = seen && A.frames(s.q, about.geometry);
-      links.forEach((link, i) => { link.visible = seen; if (seen) place(link, T[i + 2]); });
+      const taken = s.index === chosen?.index, seen = s.reachable && (taken ? !follows() : on);
+      const T = seen && A.frames(taken ? chosen.q : s.q, about);
+      links.forEach((link, i) => { link.visible = seen; if (seen) place(link, T[GHOSTLY[i]]); });
       material.color.set(s === near ? colours.refused : colour);
       material.opacity = s === near ? 0.55 : 0.3;
     });
@@ -113,25 +144,25 @@
 
   // The host's own ghosts answer late: while the reader drags they are hidden.
   let hidden = false;
-  function standBack(hosts) {
+  function standBack(hosts, back) {
     if (!hosts) return;
-    if (dragging() && hosts.visible) [hidden, hosts.visible] = [true, false];
-    else if (!dragging() && hidden) [hidden, hosts.visible] = [false, true];
+    if (back && hosts.visible) [hidden, hosts.visible] = [true, false];
+    else if (!back && hidden) [hidden, hosts.visible] = [false, true];
   }
 
   // A robot's solid arm stands where the robot is: only ghosts obey.
-  const follows = () => node("arm").object.follows !== false;
+  const follows = () => node("arm")?.object.follows !== false;
 
   // ---- what rides on the arm: the axes of its frames, its velocity ellipse ------------------------------------------------
 
   let ellipse = null;
   function ride() {
-    for (const i of MOVING) if (node("frames", i)) place(node("frames", i).object, matrix(node("arm", i).object));
+    for (const i of LINKS) if (node("frames", i)) place(node("frames", i).object, matrix(node("arm", i).object));
     const seconds = node("arm").object.ellipse;
     if (ellipse) ellipse.visible = Boolean(seconds);
-    if (!seconds || !q) return;
+    if (!seconds || !q || !about.geometry) return;
     const { centre, long, short } = A.ellipse(q, about.geometry, 1e-3 * seconds), size = Math.hypot(...short);
-    const vector = (v) => new THREE.Vector3(...v), middle = vector(centre).multiplyScalar(1e-3);
+    const middle = vector(centre).multiplyScalar(1e-3);
     const [a, b] = [vector(long), vector(size > 3e-4 ? short : [0, 0, 0])]; // a line where it is flat
     const points = Array.from({ length: 73 }, (_, k) => k * Math.PI / 36)
       .map((t) => middle.clone().addScaledVector(a, Math.cos(t)).addScaledVector(b, Math.sin(t)));
@@ -148,21 +179,40 @@
 
   // ---- from a pose to the scene ------------------------------------------------------------------------------------------
 
+  // A panel may keep to a branch by its name; else the nearest is taken.
+  const kept = () => node("arm").object.branch;
+  const closest = () => found.find(({ name }) => name === kept()) ?? A.closest(found);
+
   function solve() {
     found = A.branches(asked, about);
-    chosen = A.nearest(found, asked, q, about);
+    chosen = kept() ? found.find(({ name, legal }) => legal && name === kept()) : A.nearest(found, asked, q, about);
+    stopped = "";
   }
 
-  function move(pose) {
-    asked = [...pose.slice(0, 3), A.turn(pose[3])];
-    wanted = true;
-    solve();
+  // By its handle the tool goes where it is asked to, or the arm stays; without an inverse it comes as near as it can.
+  function move(target) {
+    [asked, wanted] = [target, true];
+    if (task.given) solve();
+    else pulled(A.pull(aim, TIP, [0, 0, 0], asked, about));
+    show();
+  }
+
+  function pulled({ q: values, verdict }) {
+    [aim, stopped] = [values, verdict];
+    const own = branchOf(values);
+    found = task.given ? A.branches(A.pose(values, about), about) : [];
+    chosen = { ...(own ?? { index: 0, reachable: true }), q: values };
+    if (!found.length && !follows()) found = [chosen];
+  }
+
+  function show() {
+    if (chosen) aim = chosen.q;
     if (chosen && follows()) {
       q = chosen.q;
-      A.frames(q, about.geometry).forEach((T, i) => place(node("arm", i).object, T));
+      A.frames(q, about).forEach((T, i) => place(node("arm", i).object, T));
       ride();
     }
-    if (node("notes", "target")) place(node("notes", "target").object, A.target(asked));
+    if (node("notes", "target")) place(node("notes", "target").object, task.matrix(asked));
     last = signature();
     tell(false);
     draw();
@@ -177,24 +227,25 @@
     viewer.set_dirty();
   }
 
-  // The page around hears of it; a panel there moves its sliders.
+  // The page around hears of it, and a panel there moves its sliders: what was asked for, unless a link was pulled, and where
+  // the joints are then.
   function tell(done) {
     const heard = chosen ? chosen.q : null;
-    window.parent.postMessage({ omx: "dragged", pose: asked, q: heard, done }, "*");
+    window.parent.postMessage({ omx: "dragged", pose: wanted && task.given ? asked : null, q: heard, done }, "*");
   }
 
   // Before each repaint: has somebody else moved the arm?
   let last = "";
-  const marks = () => [...MOVING.map((i) => node("arm", i)), node("notes", "target")].filter(Boolean).map((n) => n.object);
-  const signature = () => marks().map((o) => `${o.position.toArray()} ${o.quaternion.toArray()}`).join() + node("arm").object.ellipse;
+  const marks = () => [...LINKS.map((i) => node("arm", i)), node("notes", "target")].filter(Boolean).map((n) => n.object);
+  const signature = () => marks().map((o) => `${o.position.toArray()} ${o.quaternion.toArray()}`).join() + node("arm").object.ellipse + kept();
   function follow() {
-    if (!node("arm", 4) || dragging()) return;
+    if (!node("arm", TIP) || dragging()) return;
     const now = signature();
     if (now === last) return;
     last = now;
     const target = node("notes", "target")?.object;
-    q = A.joints(MOVING.map((i) => matrix(node("arm", i).object)), about.geometry);
-    asked = target ? A.poseOf(matrix(target)) : A.pose(q, about.geometry);
+    q = aim = A.joints([0, ...LINKS].map((i) => matrix(node("arm", i).object)), about);
+    asked = target ? task.of(matrix(target)) : A.pose(q, about);
     wanted = Boolean(target);
     solve();
     ride();
@@ -218,6 +269,7 @@
 
   function release() {
     grip = null;
+    rope.visible = false;
     viewer.controls.enabled = true;
     tell(true);
     clearTimeout(waiting);
@@ -244,10 +296,20 @@
   }
 
   function under(event) {
-    if (!on) return null;
     ray(event);
     const hit = (list) => caster.intersectObjects(list, false)[0]?.object.userData;
-    return hit(targets.slice(-1)) || hit([knobTarget]) || hit(targets); // the ball and the knob lie in front
+    return (on && (hit(front) || hit(targets))) || linkUnder();
+  }
+
+  // The foremost piece of the arm, if it is a link that moves; `ray` has aimed.
+  function linkUnder() {
+    const bodies = [0, ...LINKS].map((i) => node("arm", i)?.object).filter(Boolean);
+    const hit = caster.intersectObjects(bodies, true).find(({ object }) => object.isMesh);
+    if (!hit) return null;
+    let body = hit.object;
+    while (!bodies.includes(body)) body = body.parent;
+    const link = bodies.indexOf(body), mm = (object) => object.worldToLocal(hit.point.clone()).multiplyScalar(1e3).toArray();
+    return link > 0 ? { name: "link", link, point: mm(body), start: mm(node().object) } : null;
   }
 
   const along = (axis, from, { origin, direction }) => { // where on the line the ray passes by
@@ -260,12 +322,14 @@
   };
 
   function measure(event) {
-    const line = ray(event), from = new THREE.Vector3(...grip.start);
-    if (grip.name === "pitch") {
-      const yaw = ring.rotation.z, hit = meet(new THREE.Vector3(-Math.sin(yaw), Math.cos(yaw), 0), from, line);
-      if (!hit) return { turned: -event.clientY * A.DEG }; // the ring is seen from its edge
-      const arm = hit.sub(from);
-      return { turned: Math.atan2(arm.z, arm.x * Math.cos(yaw) + arm.y * Math.sin(yaw)) };
+    const line = ray(event), from = vector(grip.start), { turn } = grip;
+    if (turn && grip.edge) { // the ring is seen from its edge: along it, and as far as a point of its near side goes
+      const t = along(turn.axle.clone().cross(grip.facing).normalize(), from, line);
+      return t === null ? {} : { turned: -t / (1e3 * RING * scale) };
+    }
+    if (turn) {
+      const arm = meet(turn.axle, from, line)?.sub(from);
+      return arm ? { turned: Math.atan2(arm.dot(turn.v), arm.dot(turn.u)) } : {};
     }
     if (grip.name === "all") return { moved: meet(grip.facing, from, line) };
     const axis = new THREE.Vector3().setComponent("xyz".indexOf(grip.name), 1), t = along(axis, from, line);
@@ -274,15 +338,16 @@
 
   window.addEventListener("pointerdown", (event) => {
     if (event.target !== canvas || event.button > 0) return;
-    const hit = under(event);
+    if (grip?.down) return event.stopImmediatePropagation(); // a second finger
+    const hit = q && under(event);
     if (!hit) return;
     event.stopImmediatePropagation(); // the camera stays
     event.preventDefault();
     if (viewer.animator.playing) viewer.animator.pause();
     viewer.controls.enabled = false;
-    const facing = ray({ ...middle() }).direction.clone();
-    grip = { name: hit.name, start: asked.slice(0, 3), pitch: asked[3], facing, id: event.pointerId };
-    grip.zero = measure(event);
+    const facing = ray({ ...middle() }).direction.clone(), turn = turnsOf(asked)[hit.ring];
+    grip = { start: position().toArray(), ...hit, asked, turn, facing, id: event.pointerId, down: event, edge: turn && Math.abs(turn.axle.dot(facing)) < 0.2 };
+    grip.zero = hit.name !== "link" && measure(event);
     canvas.setPointerCapture(event.pointerId);
     canvas.style.cursor = "grabbing";
     draw();
@@ -300,27 +365,43 @@
     }
     if (event.pointerId !== grip.id) return;
     event.stopImmediatePropagation();
-    const { moved, turned } = measure(event), { zero, start, pitch } = grip;
-    if (turned !== undefined) move([...start, pitch + turned - zero.turned]);
-    else if (moved && zero.moved) move([...moved.sub(zero.moved).add(new THREE.Vector3(...start)).toArray(), pitch]);
+    const { name, zero, start, down, turn } = grip;
+    if (!grip.moved && name === "link" && Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) < SLOP) return;
+    grip.moved = true;
+    if (name === "link") return pullTo(ray(event));
+    const { moved, turned } = measure(event), to = moved && zero.moved && moved.sub(zero.moved).add(vector(start)).toArray();
+    if (to) move(task.placed(grip.asked, to));
+    else if (turn && turned !== undefined && zero.turned !== undefined) move(task.turned(grip.asked, turn, turned - zero.turned));
   }, { capture: true });
+
+  function pullTo({ origin, direction }) {
+    const { link, point } = grip, got = A.pull(aim, link, point, origin.toArray(), about, direction.toArray());
+    pulled(link > 1 ? got : { ...got, verdict: got.broken ? got.verdict : "" }); // one joint alone seldom leads under the hand
+    [asked, wanted] = [A.pose(aim, about), false];
+    if (!rope.parent) node().object.add(rope);
+    rope.visible = true;
+    fist.position.copy(vector(A.applied(A.frames(aim, about)[link], point))).multiplyScalar(1e-3);
+    thread.geometry.setFromPoints([fist.position, fist.position.clone().addScaledVector(vector(got.miss), 1e-3)]);
+    show();
+  }
 
   for (const name of ["pointerup", "pointercancel"]) {
     window.addEventListener(name, (event) => {
       if (!grip || event.pointerId !== grip.id) return;
       event.stopImmediatePropagation();
       canvas.style.cursor = "";
-      release();
+      if (grip.name === "link" && !grip.moved) [grip, viewer.controls.enabled] = [null, true];
+      else release();
     }, { capture: true });
   }
 
   let lit = null;
   function hover(hit) {
-    if (hit?.mesh === lit) return;
+    canvas.style.cursor = hit ? "grab" : "";
+    if ((hit?.mesh ?? null) === lit) return;
     if (lit) lit.material.opacity = 0.9;
     lit = hit?.mesh ?? null;
     if (lit) lit.material.opacity = 0.55;
-    canvas.style.cursor = lit ? "grab" : "";
     viewer.set_dirty();
   }
 
@@ -330,28 +411,36 @@
   gripBox.id = "omx-grip";
   gripBox.tabIndex = 0;
   gripBox.setAttribute("role", "application");
-  gripBox.setAttribute("aria-label", "The tool. Arrow keys move it in x and y, Page Up and Page Down in z, plus and minus " +
-    "turn the pitch; with Shift ten times as far.");
+  const TURNS = { PITCH: "plus and minus turn the pitch; ", HAND: "x, y and z choose an axis, plus and minus turn about it; " };
+  gripBox.setAttribute("aria-label", `The ${task.who.toLowerCase()}. Arrow keys move it in x and y, Page Up and Page Down in z; ` +
+    `${["", TURNS.PITCH][rings.length] ?? TURNS.HAND}with Shift ten times as far.`);
   document.body.append(gripBox);
-  const KEYS = { ArrowUp: [1, 0, 0, 0], ArrowDown: [-1, 0, 0, 0], ArrowLeft: [0, 1, 0, 0], ArrowRight: [0, -1, 0, 0],
-    PageUp: [0, 0, 1, 0], PageDown: [0, 0, -1, 0], "+": [0, 0, 0, 1], "=": [0, 0, 0, 1], "*": [0, 0, 0, 1],
-    "-": [0, 0, 0, -1], _: [0, 0, 0, -1] };
+  const KEYS = { ArrowUp: [1, 0, 0], ArrowDown: [-1, 0, 0], ArrowLeft: [0, 1, 0], ArrowRight: [0, -1, 0], PageUp: [0, 0, 1], PageDown: [0, 0, -1] };
+  const SIGNS = { "+": 1, "=": 1, "*": 1, "-": -1, _: -1 };
+  let axle = rings.length - 1; // about which plus and minus turn
   gripBox.addEventListener("keydown", (event) => {
-    const step = KEYS[event.key];
-    if (!step || event.ctrlKey || event.altKey || event.metaKey) return;
+    const step = KEYS[event.key], sign = rings.length && SIGNS[event.key], chosenAxle = rings.length === 3 ? "xyz".indexOf(event.key.toLowerCase()) : -1;
+    if (!(step || sign || chosenAxle >= 0) || event.ctrlKey || event.altKey || event.metaKey) return;
     event.preventDefault();
     event.stopPropagation();
+    if (chosenAxle >= 0) {
+      axle = chosenAxle;
+      said.textContent = `Plus and minus turn about ${"xyz"[axle]}.`;
+      hover({ mesh: rings[axle].circle });
+      return;
+    }
     if (viewer.animator.playing) viewer.animator.pause();
     const far = event.shiftKey ? 10 : 1;
     grip ??= { name: "key" };
-    move(asked.map((v, i) => (i === 3 ? v + far * step[i] * A.DEG : Math.round(v) + far * step[i])));
+    if (step) move(task.placed(asked, position().toArray().map((v, i) => Math.round(v) + far * step[i])));
+    else move(task.turned(asked, task.rings(asked)[axle], far * sign * A.DEG));
     clearTimeout(gripBox.end);
     gripBox.end = setTimeout(release, 120);
   });
 
   function placeGrip() {
     if (!on || !asked) return;
-    const at = new THREE.Vector3(...asked.slice(0, 3)).multiplyScalar(1e-3).applyMatrix4(node().object.matrixWorld).project(viewer.camera);
+    const at = position().multiplyScalar(1e-3).applyMatrix4(node().object.matrixWorld).project(viewer.camera);
     gripBox.style.left = `${50 + 50 * at.x}%`;
     gripBox.style.top = `${50 - 50 * at.y}%`;
   }
@@ -366,25 +455,30 @@
 
   function problem() {
     if (refused()) {
-      const near = A.closest(found);
+      const near = closest();
       return near.reachable ? `${near.broken.map(A.words).join("; ")} (${near.name})` : near.verdict;
     }
-    return q ? A.touching(q, about) : "";
+    return stopped || (q ? A.touching(q, about) : "");
   }
+  const fault = () => (refused() ? "the arm stays: " : stopped ? "the arm comes no nearer: " : "");
 
   function warn() {
-    const words = problem();
-    note.textContent = words && (refused() ? `The arm stays: ${words}.` : `${words[0].toUpperCase()}${words.slice(1)}.`);
+    const words = fault() + problem();
+    note.textContent = words && `${words[0].toUpperCase()}${words.slice(1)}.`;
     note.hidden = !words;
   }
 
+  function branchOf(values) {
+    const way = (s) => s.q.reduce((sum, v, i) => sum + A.turn(v - values[i]) ** 2, 0);
+    return A.branches(A.pose(values, about), about).filter((s) => s.reachable).sort((a, b) => way(a) - way(b))[0];
+  }
+
   function sentence() {
-    const [x, y, z, pitch] = A.pose(q, about.geometry), own = A.branches([x, y, z, pitch], about);
-    const way = (s) => s.q.reduce((sum, v, i) => sum + A.turn(v - q[i]) ** 2, 0);
-    const branch = own.filter((s) => s.reachable).sort((a, b) => way(a) - way(b))[0];
-    const where = `Tool at x = ${A.text(x, 1)}, y = ${A.text(y, 1)}, z = ${A.text(z, 1)} mm, pitch = ${A.text(pitch / A.DEG, 1)}\u00b0`;
-    const verdict = problem() || (branch && !branch.legal ? branch.verdict : "within its limits, touching nothing");
-    return `${where}; ${branch ? `${branch.name}; ` : ""}${refused() ? "the arm stays: " : ""}${verdict}.`;
+    const [x, y, z, ...angles] = task.values(A.pose(q, about)).map((v, i) => `${task.names[i]} = ${A.text(v, 1)}`);
+    const where = `${task.who} at ${x}, ${y}, ${[`${z} mm`, ...angles.map((angle) => `${angle}\u00b0`)].join(", ")}`;
+    const broken = A.violations(q, about).map(A.words).join("; "), clear = about.parts ? ", touching nothing" : "";
+    const branch = branchOf(q), verdict = fault() + problem() || broken || `within its limits${clear}`;
+    return `${where}; ${branch ? `${branch.name}; ` : ""}${verdict}.`;
   }
 
   let settling = 0;
@@ -403,8 +497,8 @@
   // ---- on and off ----------------------------------------------------------------------------------------------------------
 
   let on = false;
-  const button = stage.button("tool", "Drag the tool", () => show(!on));
-  function show(shown) {
+  const button = stage.button("tool", "Drag the tool", () => offer(!on));
+  function offer(shown) {
     on = shown;
     handle.visible = on;
     gripBox.hidden = !on;
@@ -415,6 +509,6 @@
   }
   node()?.object ?? viewer.scene_tree.find(["meshcat"]);
   node().object.add(handle);
-  stage.tool = { show, move: (pose) => { grip = { name: "code" }; move(pose); release(); }, state: () => ({ q, asked, found, chosen, on }) };
-  show(Boolean(about.handle));
+  stage.tool = { offer, move: (target) => { grip = { name: "code" }; move(target); release(); }, state: () => ({ q, asked, found, chosen, on, stopped }) };
+  offer(Boolean(about.handle));
 })();

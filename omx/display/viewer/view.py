@@ -12,7 +12,7 @@ from ...kinematics import pose as tool_pose
 from ...kinematics import warn_if_replaced
 from ..palette import PALETTE
 from . import animation, annotations, environment, skeleton
-from .arm_data import arm_data
+from .arm_data import arm_data, chain_data
 from .arm_drawings import arm_drawings, finger_drawings, ghost_drawings, is_our_arm
 from .commands import delete
 from .environment import Camera
@@ -29,8 +29,8 @@ class View(Scene):
     """The OpenMANIPULATOR-X at the joint values `q` (rad); the last expression of a cell shows it.
 
     `geometry` gives the lengths, `height` the pane's height in pixels, `camera` where it is seen from.
-    Set `view.q` and the arm moves, in every output cell and browser tab that shows this view; a reader who drags the
-    tool there (the button `tool`) sets `view.q`. All lengths in mm, all angles in rad.
+    Set `view.q` and the arm moves, in every output cell and browser tab that shows this view; a reader who pulls a link
+    there, or drags the tool (the button `tool`), sets `view.q`. All lengths in mm, all angles in rad.
     """
 
     def __init__(self, q=HOME, *, geometry=COURSE, height=420, dark=False, camera=Camera.ISO, plate=True):
@@ -65,7 +65,7 @@ class View(Scene):
         self._ghost_labels: tuple = ()
         self.has_section = self._animated = False
         self._opacity, self._gripper = 1.0, 0.0
-        self._limits, self._handle = LIMITS, False
+        self.let_drag(LIMITS if self._is_ours else chain.limits, handle=False)
         self.on_drag = self._dragged
         with self.channel.batch():
             self._figure = Figure(self.channel, "/meshcat/arm", drawings)
@@ -251,9 +251,13 @@ class View(Scene):
             self.channel.put("set_animation", "", animation.pack(tracks, seconds, loop))
             self._animated = True
 
-    def let_drag(self, limits, *, handle: bool) -> None:
-        """Let readers drag the tool within `limits` (rad), `handle` shown at once; call it before the view is shown."""
-        self._limits, self._handle = limits, handle
+    def let_drag(self, limits, *, handle: bool, inverse=None) -> None:
+        """Let readers drag links and tool within `limits`, `handle` shown at once; call it before the view is shown.
+
+        `inverse`: the chain's `omx.analysis.Inverse`, by which the hand can be turned, too; without one the tool's
+        position is dragged, and the joints follow by damped least squares.
+        """
+        self._limits, self._handle, self._inverse = limits, handle, inverse
 
     def follow_drags(self, follow: bool) -> None:
         """Does the solid arm follow a dragged tool, or only a ghost? A robot's arm stands where the robot is."""
@@ -283,10 +287,16 @@ class View(Scene):
             raise BadInput(f"`q` must be {wanted}; got {q!r}.")
         return values
 
+    @property
+    def _is_ours(self) -> bool:
+        return self.geometry is not None and is_our_arm(self.geometry)
+
     def _config(self) -> dict:
-        if self.geometry is None or not is_our_arm(self.geometry):
-            return super()._config()
-        return {**super()._config(), "arm": {**arm_data(self.geometry, self._limits), "handle": self._handle}}
+        if self._is_ours:
+            about = arm_data(self.geometry, self._limits)
+        else:
+            about = chain_data(self.chain, self._limits, self._inverse)
+        return {**super()._config(), "arm": {**about, "handle": self._handle}}
 
     def _dragged(self, _pose, q) -> None:
         if q is not None:
