@@ -11,6 +11,7 @@ import shutil
 import subprocess
 import sys
 
+from book.setup.file_lock import one_at_a_time
 from book.setup.paths import ROOT, Stop
 
 BUILD = ROOT / "build"
@@ -21,9 +22,10 @@ def modules(folder=ROOT / "book", into=BUILD / "npm"):
     """The path of node_modules for the package.json and lock in `folder`; fetches them if need be. Raises `Stop`."""
     lock = folder / "package-lock.json"
     stamp, wanted = into / "complete", hashlib.sha256(lock.read_bytes()).hexdigest()
-    if not (stamp.exists() and stamp.read_text() == wanted):
-        fetch(folder, into)
-        stamp.write_text(wanted)
+    with one_at_a_time(lock):
+        if not (stamp.exists() and stamp.read_text() == wanted):
+            fetch(folder, into)
+            stamp.write_text(wanted)
     return into / "node_modules"
 
 

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import sysconfig
 
+from book.setup.file_lock import one_at_a_time
 from book.setup.installers import installer_environment
 from book.setup.paths import ENVIRONMENT, ROOT, WINDOWS, Stop, child_environment
 
@@ -29,10 +30,16 @@ def python(name):
     there = folder / ("Scripts/python.exe" if WINDOWS else "bin/python")
     wanted = requirements(name)
     stamp, text = folder / "complete", hashlib.sha256(" ".join([*wanted, sys.version]).encode()).hexdigest()
-    if not (there.exists() and stamp.exists() and stamp.read_text() == text):
-        print(f"Making build/env-{name} with {', '.join(wanted)} ...", flush=True)
-        make(folder, there, wanted)
-        stamp.write_text(text)
+
+    def is_made():
+        return there.exists() and stamp.exists() and stamp.read_text() == text
+
+    if not is_made():
+        with one_at_a_time(ENVIRONMENT):
+            if not is_made():
+                print(f"Making build/env-{name} with {', '.join(wanted)} ...", flush=True)
+                make(folder, there, wanted)
+                stamp.write_text(text)
     return there
 
 

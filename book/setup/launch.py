@@ -30,7 +30,7 @@ COMMANDS = (
     Command(
         "export", "book/reader/export.py", ("-m book.reader.export",), "the arm as a file for ROS, MuJoCo: export urdf"
     ),
-    Command("test", "tests", ("-m pytest",), "run every test: test [pytest's own options, or lite]"),
+    Command("test", "tests", ("-m pytest -n 2",), "run every test: test [pytest's own options, or lite]"),
     Command("check", "book/chapters/check.py", ("-m book.chapters.check",), "lint code and chapters: check [chapter]"),
     Command("new-chapter", "book/chapters/new.py", ("-m book.chapters.new",), "begin a chapter: new-chapter TOPIC"),
     Command("generate", "notebooks", ("-m book.chapters.generate",), "write omx/generated anew [--check, --restore]"),

@@ -4,16 +4,14 @@ The stamp that calls it complete is written last, and by renaming; whatever was 
 taken up by the next run.
 """
 
-import contextlib
-import errno
 import importlib.util
 import json
 import os
 import shutil
 import sys
-import time
 from pathlib import Path
 
+from book.setup.file_lock import one_at_a_time
 from book.setup.installers import Failed, ask, call, explain
 from book.setup.paths import (
     ENVIRONMENT,
@@ -51,7 +49,9 @@ def set_up(repair=False):
     if unfit := unfit_path(str(ROOT)):
         raise Stop(f"The book's folder, {str(ROOT)!a}, {unfit}: give the folder another name or place.")
     try:
-        with one_at_a_time() as lock:
+        if not ENVIRONMENT.exists():
+            raise Stop("environment.txt is missing beside run.py; restore it from the repository.")
+        with one_at_a_time(ENVIRONMENT, "Another set-up is at work in this folder; waiting for it ...") as lock:
             if VENV.is_file() or (VENV.is_symlink() and not VENV.exists()):
                 VENV.unlink()
             if repair or not is_ready():
@@ -219,33 +219,3 @@ def no_ensurepip():
 
 def say(text):
     print(text, flush=True)
-
-
-@contextlib.contextmanager
-def one_at_a_time():
-    """Hold the set-up lock: environment.txt itself, so no lock file is left and a lock dies with its holder."""
-    if not ENVIRONMENT.exists():
-        raise Stop("environment.txt is missing beside run.py; restore it from the repository.")
-    with open(ENVIRONMENT, "r+b" if os.access(ENVIRONMENT, os.W_OK) else "rb") as file:
-        if not locked(file):
-            say("Another set-up is at work in this folder; waiting for it ...")
-        while not locked(file):
-            time.sleep(0.3)
-        yield file
-
-
-def locked(file):
-    """Try to lock the open file; True also where the file system knows no locks."""
-    try:
-        if WINDOWS:
-            import msvcrt
-
-            file.seek(2**30)  # far behind the text, which others may go on reading
-            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-        else:
-            import fcntl
-
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:
-        return error.errno not in (errno.EACCES, errno.EAGAIN, errno.EDEADLK)
-    return True

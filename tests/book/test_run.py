@@ -133,10 +133,10 @@ def one_sentence(done):
 def test_first_run_sets_up_later_runs_only_run(clone):
     first = clone.run("test", "-x")
     assert first.returncode == 0, first.stderr
-    assert first.stdout.splitlines()[-2:] == ["Set-up complete.", "tiny pytest -x"]
+    assert first.stdout.splitlines()[-2:] == ["Set-up complete.", "tiny pytest -n 2 -x"]
     assert len(first.stdout.splitlines()) <= 6
     second = clone.run("test")
-    assert second.stdout == "tiny pytest\n"
+    assert second.stdout == "tiny pytest -n 2\n"
 
 
 def test_omx_is_imported_from_any_folder_even_after_moving(clone, tmp_path):
@@ -146,7 +146,7 @@ def test_omx_is_imported_from_any_folder_even_after_moving(clone, tmp_path):
         [clone.python, "-c", "import omx; print(omx.WHERE)"], cwd=tmp_path, capture_output=True, text=True, check=True
     )
     assert Path(where.stdout.strip()).samefile(clone.root / "omx" / "__init__.py")
-    assert clone.run("test").stdout == "tiny pytest\n"
+    assert clone.run("test").stdout == "tiny pytest -n 2\n"
 
 
 def test_a_changed_environment_is_installed(clone):
@@ -160,14 +160,14 @@ def test_a_changed_environment_is_installed(clone):
 
 def test_without_uv_on_the_path_the_pinned_one_is_used(clone):
     done = clone.run("test", uv=False)
-    assert done.stdout.splitlines()[-1] == "tiny pytest", done.stdout + done.stderr
+    assert done.stdout.splitlines()[-1] == "tiny pytest -n 2", done.stdout + done.stderr
     assert "stub" in (clone.root / ".venv" / "set-up.log").read_text()
 
 
 def test_without_any_working_uv_pip_does_it(clone):
     clone.stub_uv("import sys; sys.exit('no wheels for this machine')")
     done = clone.run("test", uv=False)
-    assert done.stdout.splitlines()[-1] == "tiny pytest", done.stdout + done.stderr
+    assert done.stdout.splitlines()[-1] == "tiny pytest -n 2", done.stdout + done.stderr
     assert "uv could not: no wheels for this machine" in done.stdout
 
 
@@ -177,7 +177,7 @@ def test_a_venv_without_stamp_is_completed_not_rebuilt(clone):
     (clone.root / ".venv" / "mine").touch()
     shutil.rmtree(clone.site_packages() / "pytest")
     shutil.rmtree(next(clone.site_packages().glob("pytest-*")))
-    assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest"
+    assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest -n 2"
     assert (clone.root / ".venv" / "mine").exists()
 
 
@@ -188,7 +188,7 @@ def test_a_package_that_lost_files_is_noticed_and_all_is_built_anew(clone):
     (clone.site_packages() / "pytest" / "__main__.py").write_text("half")
     done = clone.run("test")
     assert "Some of its packages are not whole: pytest" in done.stdout
-    assert done.stdout.splitlines()[-1] == "tiny pytest"
+    assert done.stdout.splitlines()[-1] == "tiny pytest -n 2"
     assert not (clone.root / ".venv" / "mine").exists()
 
 
@@ -204,14 +204,14 @@ def test_debris_is_replaced(clone, debris):
     if debris == "no interpreter":
         (venv / "bin" / "python").symlink_to("gone")
         (venv / "pyvenv.cfg").write_text("home = nowhere\n")
-    assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest"
+    assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest -n 2"
 
 
 def test_a_link_to_another_disk_stays(clone, tmp_path):
     venv = clone.root / ".venv"
     (tmp_path / "big disk" / "old").mkdir(parents=True)
     venv.symlink_to(tmp_path / "big disk", target_is_directory=True)
-    assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest"
+    assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest -n 2"
     assert venv.is_symlink()
     assert not (tmp_path / "big disk" / "old").exists()
     where = [clone.python, "-c", "import omx; print(omx.WHERE)"]
@@ -240,13 +240,13 @@ def stopped_by(clone, stop):
 def test_a_killed_set_up_is_taken_up(clone):
     status, _ = stopped_by(clone, signal.SIGKILL)
     assert status == -signal.SIGKILL
-    assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest"
+    assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest -n 2"
 
 
 @pytest.mark.skipif(paths.WINDOWS, reason="signals to process groups are POSIX")
 def test_a_closed_terminal_leaves_nothing_half_done(clone):
     assert stopped_by(clone, signal.SIGHUP)[0] == -signal.SIGHUP
-    assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest"
+    assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest -n 2"
 
 
 @pytest.mark.skipif(paths.WINDOWS, reason="signals to process groups are POSIX")
@@ -254,7 +254,7 @@ def test_ctrl_c_says_how_to_go_on(clone):
     status, said = stopped_by(clone, signal.SIGINT)
     assert status == 130
     assert said.strip() == "run.py: Interrupted; the same command takes it up again."
-    assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest"
+    assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest -n 2"
 
 
 #: At so many random moments a set-up is interrupted; `OMX_INTERRUPTS=20` asks for more.
@@ -277,7 +277,7 @@ def test_a_set_up_stopped_at_any_moment_is_never_called_complete_and_is_taken_up
     if clone.stamp.exists():
         done = subprocess.run([clone.python, "-c", "import omx, pytest"], cwd=clone.root.parent, check=False)
         assert done.returncode == 0
-    assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest"
+    assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest -n 2"
 
 
 def test_two_first_runs_wait_for_each_other(clone):
@@ -289,7 +289,7 @@ def test_two_first_runs_wait_for_each_other(clone):
     said = [process.communicate(timeout=120) for process in pair]
     assert [process.returncode for process in pair] == [0, 0], said
     assert sorted("Set-up complete." in out for out, _ in said) == [False, True]
-    assert all(out.splitlines()[-1] == "tiny pytest" for out, _ in said)
+    assert all(out.splitlines()[-1] == "tiny pytest -n 2" for out, _ in said)
 
 
 # ---- a hostile machine ---------------------------------------------------------------------------------
@@ -390,7 +390,7 @@ def test_the_folder_may_have_any_name(clone, tmp_path, name):
     clone.root = clone.root.rename(tmp_path / name)
     first, second = clone.run("test"), clone.run("test")
     assert first.returncode == 0, first.stdout + first.stderr
-    assert second.stdout == "tiny pytest\n"
+    assert second.stdout == "tiny pytest -n 2\n"
     ask = [clone.python, "-c", "import omx; print(ascii(omx.WHERE))"]
     done = subprocess.run(ask, cwd=tmp_path, capture_output=True, text=True, check=True)
     assert Path(ast.literal_eval(done.stdout)).samefile(clone.root / "omx" / "__init__.py")
@@ -412,7 +412,7 @@ def test_a_folder_in_which_no_environment_can_be_is_told(clone, tmp_path, name, 
 def test_pythons_own_options_do_not_matter(clone, flags):
     command = [base_python(), *flags.split(), str(clone.root / "run.py"), "test"]
     done = subprocess.run(command, env=clone.environment(), capture_output=True, text=True, check=False)
-    assert done.stdout.splitlines()[-1] == "tiny pytest", done.stderr
+    assert done.stdout.splitlines()[-1] == "tiny pytest -n 2", done.stderr
 
 
 @pytest.mark.skipif(paths.WINDOWS, reason="closed by a POSIX shell")
@@ -437,7 +437,7 @@ def test_what_went_missing_or_was_replaced_is_noticed_and_named(clone):
     wheel(clone.wheels, "helper", "1.0", {"helper.py": ""})
     clone.pin(None, "pytest==1.0", "helper==1.0", "uv==0.0.1", "# ---- below")
     assert clone.run("test").returncode == 0
-    assert clone.run("test").stdout == "tiny pytest\n"
+    assert clone.run("test").stdout == "tiny pytest -n 2\n"
     for name in ("helper.py", "helper-1.0.dist-info"):
         path = clone.site_packages() / name
         path.unlink() if path.is_file() else shutil.rmtree(path)
@@ -446,7 +446,7 @@ def test_what_went_missing_or_was_replaced_is_noticed_and_named(clone):
     assert (clone.site_packages() / "helper.py").exists()
     wheel(clone.wheels, "mine", "1.0", {"mine.py": ""})
     shutil.copytree(clone.site_packages() / "helper-1.0.dist-info", clone.site_packages() / "mine-1.0.dist-info")
-    assert clone.run("test").stdout == "tiny pytest\n", "a package of the reader's own is left alone"
+    assert clone.run("test").stdout == "tiny pytest -n 2\n", "a package of the reader's own is left alone"
 
 
 def test_repair_looks_at_an_environment_that_is_called_complete(clone):
@@ -454,7 +454,7 @@ def test_repair_looks_at_an_environment_that_is_called_complete(clone):
     (clone.site_packages() / "pytest" / "__main__.py").write_text("half")
     assert clone.run("test").returncode != 0
     assert "Some of its packages are not whole: pytest" in clone.run("repair").stdout
-    assert clone.run("test").stdout == "tiny pytest\n"
+    assert clone.run("test").stdout == "tiny pytest -n 2\n"
 
 
 def test_a_socket_in_a_long_home_is_counted_in_bytes(monkeypatch):

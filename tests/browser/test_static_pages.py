@@ -433,7 +433,7 @@ def test_a_scene_is_recorded_as_a_film(show, tmp_path, animated):
     """Once through the animation; without one, what the reader does until the button is pressed again."""
     view = View()
     if animated:
-        view.animate([omx.HOME, (0.9, 0.2, 0.2, 0.5)], seconds=2, loop=False)
+        view.animate([omx.HOME, (0.9, 0.2, 0.2, 0.5)], seconds=5, loop=False)
     page, frame = opened(show, tmp_path, view)
     frame.locator("#omx-bar button[aria-label^=More]").click()
     button = frame.locator("#omx-bar button", has_text="film")

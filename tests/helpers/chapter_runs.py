@@ -38,12 +38,7 @@ def pytest_unconfigure(config):
 
 
 def pytest_collection_modifyitems(items):
-    """Let nbval look at every cell, and give a kernel on a busy machine time to say what it printed.
-
-    The chapters come first: all others use their runs. The browser tests come last: Playwright keeps an event loop
-    running, in which no other can be started.
-    """
-    items.sort(key=lambda item: ("browser" in item.path.parts) - (item.path.suffix == ".ipynb"))
+    """Let nbval look at every cell, and give a kernel on a busy machine time to say what it printed."""
     for item in items:
         if isinstance(item, plugin.IPyNbCell):
             item.output_timeout = 30
