@@ -27,12 +27,13 @@ from omx.display.viewer.html_export import write_site_script
 HAND_IN = WORK / "hand-in"
 REAL_PORT = re.compile(r"/dev/|\bCOM\d")
 MATHS = re.compile(r"\\\((.+?)\\\)|\\\[(.+?)\\\]", re.S)
-MARKS = {True: "\u2713", False: "\u2717", None: "\u2013"}
-WORDS = {True: "passed", False: "not yet", None: "not checked"}
+IN_WORDS = "in words, for your teacher"  # an exercise without a check
+MARKS = {True: "\u2713", False: "\u2717", None: "\u2013", IN_WORDS: "\u270e"}
+WORDS = {True: "passed", False: "not yet", None: "not checked", IN_WORDS: IN_WORDS}
 
 
 def write(path, target, run=True):
-    """Write the page of a notebook file; the (exercise, passed) of each exercise, None where nothing was checked."""
+    """Write the page of a notebook file; (exercise, passed) of each, None where nothing was checked, or `IN_WORDS`."""
     notebook = normalise.read(path)
     is_run = run and not any(REAL_PORT.search(source(cell)) for cell in notebook["cells"] if is_code(cell))
     if is_run:
@@ -60,7 +61,7 @@ def results_of(cells):
             found.append([title(source(cell)), []])
         elif "check" in tags(cell) and found:
             found[-1][1].append(passed(cell) if cell.get("outputs") else None)
-    return [(name, None if None in checks or not checks else all(checks)) for name, checks in found]
+    return [(name, (None if None in checks else all(checks)) if checks else IN_WORDS) for name, checks in found]
 
 
 def passed(cell):
@@ -72,7 +73,7 @@ def page(notebook, path, results, is_run):
     """The whole page."""
     cells = [cell for cell in notebook["cells"] if not str(cell.get("id", "")).startswith("omx-links")]
     name = next((text for cell in cells for level, text in headings(cell) if level == 1), path.stem)
-    checked = [result for _, result in results if result is not None]
+    checked = [result for _, result in results if result in (True, False)]
     rows = "".join(
         f'<tr class="{WORDS[result].replace(" ", "-")}"><td>{MARKS[result]}</td><td>{html.escape(exercise)}</td>'
         f"<td>{WORDS[result]}</td></tr>"

@@ -382,6 +382,11 @@ def test_a_handed_in_page_is_run_shows_results_and_needs_nothing_else(tmp_path):
         assert call not in page
 
 
+def test_an_answer_in_words_waits_for_a_teacher():
+    cells = [markdown("### Exercise 7.2 · In your own words", tags=["exercise"])]
+    assert handin.results_of(cells) == [("Exercise 7.2 · In your own words", handin.IN_WORDS)]
+
+
 def test_a_notebook_that_drives_a_real_arm_is_not_run_again(tmp_path):
     told = {"output_type": "stream", "name": "stdout", "text": "moved\n"}
     port = code("port = '/dev/ttyUSB0'\nprint('moved again')", outputs=[told])
