@@ -22,6 +22,9 @@ from tests.helpers.programs import Broken, Trial
 
 #: Where the programme begins: near the rest pose, for short ways.
 START = (0.0, -1.40, 1.15, 0.3)
+#: What the programme must not even notice: a packet, or an answer, that did not come whole, or a computer held up.
+HARMLESS = ("request swallowed", "request garbled", "answer lost", "answer corrupt", "answer truncated", "answer late",
+            "answer doubled", "noise", "held up 0.3 s", "held up 5 s")  # fmt: skip
 #: Why a motor may be off at the end though nobody switched it off.
 LIMP = ("overload 13", "dead 12", "no_power", "9 V")
 
@@ -162,6 +165,8 @@ class Sweep(Trial):
         """How it ended: the line is closed, the arm stands, and no motor is on, or off, without a word."""
         told, said = f"{self.told}: {self.error!r}", " ".join([str(self.error), *self.heard.lines])
         on = [servo for servo in JOINT_IDS if self.arm.servo(servo).torque_on and self.arm.servo(servo).powered]
+        if self.error and self.name in HARMLESS:
+            raise Broken(f"it ended early after {told}")
         if self.line.is_open:
             raise Broken(f"the line is open after {told}")
         if any(abs(self.arm.servo(servo).joint.speed) > 1e-3 for servo in on):
@@ -182,6 +187,8 @@ class Sweep(Trial):
         lit = np.flatnonzero(rows[:, 5] > 0) if len(rows) else []
         if not len(lit):
             return True  # never on
+        if self.name == "plug pulled" and len(on) == 3:
+            return True  # in the moment in which that joint changed its mode
         parked = np.abs(rows[lit[-1], 2:5] - REST[1:]).max() < math.radians(8)
         return (parked and not on) or (self.name in LIMP and any(f"servo {s}" in said for s in ARM_IDS))
 
