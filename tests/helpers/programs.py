@@ -53,9 +53,9 @@ class Heard(logging.Handler):
 class Trial:
     """One program on one virtual arm, written by `choose`, a `random.Random`; `told` is what it did, in words."""
 
-    def __init__(self, choose: random.Random):
+    def __init__(self, choose: random.Random, arm: VirtualArm | None = None):
         self.choose, self.told = choose, []
-        self.arm, self.robot = VirtualArm(), None
+        self.arm, self.robot = arm or VirtualArm(), None
         self.rows: list[tuple] = []  # time, angles, all joints powered and on?, pushed?, stopped since, restarts
         self.stopped_at, self.episode = math.inf, 0
         live = self.arm._live

@@ -152,17 +152,15 @@ class Driver:
 
     def glance(self) -> Reading:
         """What `read` does, also for the watch."""
-        try:
-            reading = self.monitor.look()
-        except (BusTimeout, BusCorrupt) as error:
-            self._silence(error)
-            raise
-        except PortLost as error:
-            raise port_lost(error) from error
-        if self.monitor.alert:
-            self._fault()
-        if self.torque:
-            self._judge(reading)
+        with self._rescuing():
+            try:
+                reading = self.monitor.look()
+            except PortLost as error:
+                raise port_lost(error) from error
+            if self.monitor.alert:
+                self._fault()
+            if self.torque:
+                self._judge(reading)
         return reading
 
     def _judge(self, reading: Reading) -> None:
@@ -200,6 +198,15 @@ class Driver:
 
     # ---- when something is wrong ----
 
+    @contextlib.contextmanager
+    def _rescuing(self):
+        """Who does not answer in here, whatever the question, is waited for, and caught if it comes back limp."""
+        try:
+            yield
+        except (BusTimeout, BusCorrupt) as error:
+            self._silence(error)
+            raise
+
     def _fault(self) -> None:
         """A servo has its alert bit set, or no torque: the others hold, and the hardware error is raised."""
         self.halt()
@@ -227,8 +234,9 @@ class Driver:
 
     def hold(self) -> None:
         """Stop where the arm is, torque on, in position mode. Does what it can, then raises what failed."""
-        self.stand()
-        self.stiffen()
+        with self._rescuing():
+            self.stand()
+            self.stiffen()
         self.mode = "position"
 
     def stand(self) -> None:
@@ -256,6 +264,9 @@ class Driver:
         if isinstance(error, KeyboardInterrupt):
             self.brake.latch("interrupted")
         self.halt()
+        if isinstance(error, (BusTimeout, BusCorrupt)):
+            with contextlib.suppress(OmxError):
+                self._silence(error)
 
     @property
     def stopped(self) -> str | None:
@@ -386,13 +397,14 @@ class Driver:
         self.brake.refuse_if_latched()
         if self.mode != "position":
             self.hold()
-        self.check_settings()
         self.watcher.folding = True
         try:
-            for goal in gate.way_to_rest(self.guard, self.come_to_rest()):
-                self._move(goal, None, min(PARK_SPEED, self.guard.speed_cap))
-                self.wait()
-            self.relax()
+            with self._rescuing():
+                self.check_settings()
+                for goal in gate.way_to_rest(self.guard, self.come_to_rest()):
+                    self._move(goal, None, min(PARK_SPEED, self.guard.speed_cap))
+                    self.wait()
+                self.relax()
         finally:
             self.watcher.folding = False
 

@@ -12,6 +12,7 @@ from ...errors import BusCorrupt, BusError, BusTimeout, ServoRefused
 from ..dynamixel import registers as reg
 from ..dynamixel import units
 from ..dynamixel.bus import Bus
+from ..dynamixel.packet import CRC_ERROR
 from ..fault_table import MENDS
 
 HOLD_S = 0.2
@@ -38,12 +39,12 @@ JOINTS = JOINT_IDS
 
 
 def again(call, *args, times: int = 2):
-    """`call(*args)`, up to `times` times while its answer is lost or damaged. For what does no harm twice."""
+    """`call(*args)`, up to `times` times while it, or its answer, is lost or damaged. For what does no harm twice."""
     for left in reversed(range(times)):
         try:
             return call(*args)
-        except (BusTimeout, BusCorrupt):
-            if not left:
+        except (BusTimeout, BusCorrupt, ServoRefused) as error:
+            if not left or (isinstance(error, ServoRefused) and error.code != CRC_ERROR):
                 raise
 
 

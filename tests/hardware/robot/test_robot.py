@@ -2,6 +2,7 @@
 
 import math
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -447,11 +448,13 @@ robot.close()
 """
 
 
-def test_a_script_of_the_course_runs_unchanged_but_for_its_import():
-    """The script homes, commands the second target over 10 s and samples every 20 ms; here in 4 s a motion."""
-    printed = []
-    exec(COURSE_SCRIPT, {"Robot": lambda: Robot(clock=Clock()), "TIME": 4, "printed": printed})
-    assert len(printed) > 100
+def test_a_script_of_the_course_runs_unchanged_but_for_its_import(monkeypatch):
+    """The script homes, commands the second target over 10 s and samples every 20 ms; its time is the arm's."""
+    printed, clock = [], SteppedClock()
+    monkeypatch.setattr(time, "sleep", clock.sleep)
+    monkeypatch.setattr(time, "time", clock.now)
+    exec(COURSE_SCRIPT, {"Robot": lambda: Robot(clock=clock), "TIME": 10, "printed": printed})
+    assert len(printed) == 500
     for q_deg, T, ee in printed:
         np.testing.assert_array_equal(T, omx.fk(np.radians(q_deg)))
         np.testing.assert_allclose(ee[:3], T[:3, 3], atol=1e-12)  # mm, once

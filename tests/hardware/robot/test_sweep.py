@@ -1,0 +1,29 @@
+"""One fault at one packet of a programme that does a little of everything; all faults at all packets run by hand.
+
+`python -m tests.helpers.sweep` is the whole of it; OMX_SWEEP sets another number of packets a fault here.
+"""
+
+import os
+
+import pytest
+
+from tests.helpers.sweep import SPOILS, Sweep, packets
+
+EACH = int(os.environ.get("OMX_SWEEP", "1"))
+
+
+@pytest.fixture(scope="module")
+def some():
+    return packets()
+
+
+def test_the_programme_without_a_fault_ends_parked_and_has_enough_to_spoil(some):
+    assert Sweep().run() == "done, motors off"
+    assert len(some) > 150
+
+
+@pytest.mark.parametrize("name", SPOILS)
+def test_whatever_happens_to_any_packet_the_end_is_a_known_one(name, some):
+    first = 17 * list(SPOILS).index(name)
+    for i in range(EACH):
+        Sweep(name, some[(first + i * len(some) // EACH) % len(some)]).run()
