@@ -100,7 +100,14 @@ def shortened(app, domain, kind, content):
             value.parent.remove(value)
 
 
+def editor(app, pagename, templatename, context, doctree):
+    """The script of a page on which lines of the chapter can be changed."""
+    if "omx-edit" in context.get("body", ""):
+        app.add_js_file("edit.js", defer="defer")
+
+
 def setup(app):
+    app.connect("html-page-context", editor)
     app.connect("source-read", source_read)
     app.connect("autodoc-skip-member", skipped)
     app.connect("object-description-transform", shortened)

@@ -5,6 +5,7 @@ import re
 TAGS = {
     *("recall", "exercise", "broken", "solution", "check"),
     *("predict", "play", "on-the-arm", "self-test", "parameters"),
+    *("edit", "your-arm"),
     *("hide-input", "hide-output", "remove-cell"),
     *("raises-exception", "nbval-ignore-output"),
 }

@@ -77,14 +77,7 @@ EPOCH = {"SOURCE_DATE_EPOCH": "1577836800"}
 def build(pyodide=None, solutions=False):
     """Write build/lite. Raises `Stop` before anything in it changes if a package cannot be had."""
     python = extra_envs.python("lite")
-    core = pyodide or npm.modules(ROOT / "book" / "lite", BUILD / "npm-lite") / "pyodide"
-    check_version(core, python)
-    shutil.rmtree(SOURCE, ignore_errors=True)
-    static = SOURCE / "static" / "pyodide"
-    static.mkdir(parents=True)
-    for name in CORE:
-        shutil.copyfile(core / name, static / name)
-    lay_out_packages(static, python, pyodide)
+    core = lay_out_python(SOURCE, python, pyodide)
     lay_out_chapters(SOURCE / "files", solutions)
     shutil.rmtree(LITE, ignore_errors=True)
     command = [python, "-m", "jupyterlite_core", "build", "--lite-dir", SOURCE, "--contents", SOURCE / "files"]
@@ -96,6 +89,22 @@ def build(pyodide=None, solutions=False):
     write_start_page(LITE / "index.html")
     shutil.copyfile(start.__file__, LITE / "start.py")
     notices.write(LITE, notices.LITE, [core] if (core / "LICENSE").exists() else [], packages_of(python))
+
+
+def lay_out_python(folder, python, pyodide=None):
+    """Write the browser's Python with its packages into `folder`, where JupyterLite and the site's pages look for it.
+
+    Returns where Pyodide's core was found. Raises `Stop` before `folder` changes if that is of another version.
+    """
+    core = pyodide or npm.modules(ROOT / "book" / "lite", BUILD / "npm-lite") / "pyodide"
+    check_version(core, python)
+    shutil.rmtree(folder, ignore_errors=True)
+    static = folder / "static" / "pyodide"
+    static.mkdir(parents=True)
+    for name in CORE:
+        shutil.copyfile(core / name, static / name)
+    lay_out_packages(static, python, pyodide)
+    return core
 
 
 def packages_of(python):

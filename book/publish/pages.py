@@ -1,9 +1,12 @@
 """A chapter as a page: the executed notebook, with its solutions folded away and its speaker's notes left out."""
 
 import copy
+import html
+import json
 
 from book.chapters import normalise
-from book.chapters.cells import is_note
+from book.chapters.cells import is_note, tags
+from book.publish.recipe import recipe
 
 #: What a reader sees on the fold of a cell with this tag.
 FOLDED = {"solution": "Show a solution", "check": "Show the check"}
@@ -23,8 +26,16 @@ def page(notebook, name, slides=True):
     """The notebook (parsed JSON, with outputs) as MyST-NB should see it; `name` is the chapter's file name."""
     notebook = copy.deepcopy(notebook)
     cells = [prepared(cell) for cell in notebook["cells"] if not is_note(cell)]
+    if yours := next((i for i, cell in enumerate(cells) if "your-arm" in tags(cell)), None):
+        cells.insert(yours + 1, markdown(editor(name)))
     notebook["cells"] = [cells[0], markdown(links(name, slides)), *cells[1:]]
     return notebook
+
+
+def editor(name):
+    """Where the reader changes lines of the chapter, below the panel that then shows their arm: `edit.js` fills it."""
+    data = html.escape(json.dumps(recipe(normalise.NOTEBOOKS / f"{name}.ipynb")))
+    return f'<div class="omx-edit" role="group" aria-label="Your arm" data-recipe="{data}"></div>'
 
 
 def prepared(cell):

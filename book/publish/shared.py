@@ -1,12 +1,14 @@
 """What site and slides share: MathJax, the 3-D viewer, the panels and the kinematics in JavaScript."""
 
 import shutil
+from pathlib import Path
 
 from book.chapters import runs
 from book.setup.paths import BUILD, ROOT, Stop
 
 SHARED = BUILD / "shared"
 LIVE = ROOT / "omx/display/panels/live_figure.css"
+AGAIN = Path(__file__).with_name("derive_again.py")
 GENERATED = ("fk", "ik", "jacobian")
 
 
@@ -23,6 +25,7 @@ def share(libraries, folder=SHARED):
     shutil.rmtree(fresh)
     update(folder / "omx-panels.js", panels().encode())
     update(folder / LIVE.name, LIVE.read_bytes())
+    update(folder / AGAIN.name, AGAIN.read_bytes())
 
 
 def update(path, data):

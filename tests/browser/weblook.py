@@ -21,10 +21,28 @@ class Quiet(http.server.SimpleHTTPRequestHandler):
         pass
 
 
+class Beside(Quiet):
+    """A server of one folder with others in it, which lie elsewhere: by name."""
+
+    def __init__(self, *args, others, **kwargs):
+        self.others = others
+        super().__init__(*args, **kwargs)
+
+    def translate_path(self, path):
+        name, _, rest = path.removeprefix("/").partition("/")
+        if name not in self.others:
+            return super().translate_path(path)
+        self.directory, kept = str(self.others[name]), self.directory
+        try:
+            return super().translate_path(f"/{rest}")
+        finally:
+            self.directory = kept
+
+
 @contextmanager
-def served(folder):
-    """The address of a folder served on the loopback address."""
-    handler = functools.partial(Quiet, directory=folder)
+def served(folder, **others):
+    """The address of a folder served on the loopback address; `others` appear in it under their names."""
+    handler = functools.partial(Beside, directory=folder, others=others)
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         try:

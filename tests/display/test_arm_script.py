@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,8 +11,9 @@ import omx
 from omx import Chain, HandPanel, JointPanel, View, collision
 from omx.analysis import Inverse
 from omx.arm import HOME, LIMITS, ZERO
-from omx.derive import write_inverse
+from omx.derive import write_chain, write_inverse
 from omx.display.viewer.arm_data import arm_data, chain_data
+from omx.display.viewer.assets import as_expression
 from omx.rotation import from_rpy, from_vector, to_rpy
 from tests.helpers.javascript import flat, in_node
 from tests.helpers.six_joint_arms import ARMS, configurations
@@ -238,3 +240,28 @@ def test_a_pull_against_a_limit_names_the_joint_and_by_how_much():
     assert told["verdict"].startswith("q1 = ")
     excess = float(told["verdict"].split(" is ")[1].split("\u00b0")[0])
     assert excess == pytest.approx(math.degrees(math.pi + 0.2 - LIMITS[0][1]), abs=1)
+
+
+def test_an_arm_with_other_lengths_is_pythons():
+    """A page with other lengths knows its table, and warns of what touches, before any Python has seen them."""
+    low, high = (20, 60, 60, 80, -0.3), (120, 200, 200, 250, 0.5)
+    names = ("L1", "L2", "L3", "L4", "delta")
+    some = [dict(zip(names, RNG.uniform(low, high), strict=True)) | {"delta": omx.COURSE.delta} for _ in range(20)]
+    arms = [omx.COURSE, *(omx.COURSE.replace(**lengths) for lengths in some)]
+    for arm, ours in zip(arms, asked("A.resized(about, a)", [list(arm.values) for arm in arms]), strict=True):
+        theirs = arm_data(arm)
+        assert ours["geometry"] == theirs["geometry"]
+        for row, other in zip(ours["rows"], theirs["rows"], strict=True):
+            assert row == pytest.approx(other, abs=1e-12)
+        for part, other in zip(ours["parts"], theirs["parts"], strict=True):
+            assert {**part, "a": 0, "b": 0} == {**other, "a": 0, "b": 0}
+            assert flat([part["a"], part["b"]]) == pytest.approx(flat([other["a"], other["b"]]), abs=1e-8)
+
+
+def test_formulas_that_are_learnt_take_the_place_of_those_that_were_there(tmp_path):
+    rows = omx.COURSE.chain.rows
+    module = write_chain("fk", omx.Chain([*rows[:3], replace(rows[3], a=200)]), folder=tmp_path)
+    text = as_expression((tmp_path / "fk.js").read_text(encoding="utf-8"))
+    learnt = "(window.OMX_ARM.learn(a), window.OMX_KINEMATICS.fk.transform(0.1, 0.2, 0.3, 0.4))"
+    (matrix,) = in_node(learnt, [{"fk": text}])
+    assert flat(matrix) == pytest.approx(flat(module.transform(0.1, 0.2, 0.3, 0.4)), abs=1e-9)

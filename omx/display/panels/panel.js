@@ -20,6 +20,7 @@
   class Panel {
     constructor(box) {
       this.box = box;
+      box.omxPanel = this;
       Object.assign(this, JSON.parse(box.dataset.panel));
       this.about = JSON.parse(box.querySelector("[data-config]")?.dataset.config ?? "{}").arm; // what its scene knows of the arm
       this.pale = box.closest(".omx-robot"); // the ghost of a robot's panel is what you ask for: here the arm obeys at once
@@ -31,7 +32,10 @@
       this.controls.append(this.spoken);
       addEventListener("message", ({ data, source }) => {
         if (source !== this.frame()?.contentWindow) return;
-        if (data?.omx === "ready") this.send();
+        if (data?.omx === "ready") {
+          this.tell();
+          this.send();
+        }
         if (data?.omx === "dragged" && this.about) this.dragged(data);
       });
       this.show();
@@ -88,6 +92,33 @@
         });
         this.post(nodes, visible, this.kept?.());
       });
+    }
+
+    // Another arm takes the place of this one: `about` says all of it, and `messages` are what its scene has to hear, now and
+    // whenever it is made again.
+    become(about, messages) {
+      const kinds = () => this.about.rows.map(({ prismatic }) => prismatic).join(), before = kinds();
+      Object.assign(this, { about, messages });
+      if (kinds() !== before) {
+        this.q = about.rows.map(() => 0);
+        this.controls.replaceChildren();
+        this[`${this.kind}Controls`]();
+        this.controls.append(this.spoken);
+      }
+      if (this.pose) {
+        const [L1, ...links] = about.geometry, reach = Math.ceil(links.slice(0, 3).reduce((sum, v) => sum + v));
+        [[-reach, reach], [-reach, reach], [-200, Math.floor(L1) + reach]].forEach(([min, max], i) => {
+          Object.assign(this.inputs[i], { min, max });
+          this.inputs[i].parentElement.querySelector(".omx-limits").textContent = `${text(min, 0)} to ${text(max, 0)}`;
+        });
+        this.solve();
+      }
+      this.tell();
+      this.show();
+    }
+
+    tell() {
+      for (const message of this.messages ?? []) this.frame()?.contentWindow?.postMessage(message, "*");
     }
 
     post(nodes, visible, branch) {

@@ -104,6 +104,26 @@
     return { centre: fk.pose(...q, ...geometry).slice(0, 3), long: u.map((a, k) => c * a + s * v[k]), short: u.map((a, k) => c * v[k] - s * a) };
   }
 
+  // ---- another arm ---------------------------------------------------------------------------------------------------
+
+  // Other formulas take the place of those that are here: modules as expressions (assets.py), by name.
+  function learn(modules) {
+    for (const [name, code] of Object.entries(modules)) {
+      window.OMX_KINEMATICS[name] = Object.assign(window.OMX_KINEMATICS[name] ?? {}, new Function(`return ${code}`)());
+    }
+  }
+
+  // This book's arm with other lengths: its rows, and the parts that can meet, as omx/collision.py has them in their frames.
+  function resized(about, geometry) {
+    const [L1, L2, L3, L4, delta] = geometry, palm = 69 - L4;
+    const c = L2 * Math.cos(delta) ** 2 - L2, s = -L2 * Math.cos(delta) * Math.sin(delta);
+    const reaches = [[[0, 0, 15], [0, 0, L1 - 25]], [[-L2, 0, 0], [c, s, 0]], [[c, s, 0], [0, 0, 0]], [[-L3, 0, 0], [0, 0, 0]],
+      [[-L4, 0, 0], [palm, 0, 0]], [[palm, 0, 0], [22, 0, 0]]];
+    const rows = [{ d: L1 }, { a: L2 }, { a: L3 }, { a: L4 }].map((length, i) => ({ ...about.rows[i], ...length }));
+    const parts = about.parts.map((part, i) => ({ ...part, a: reaches[i][0], b: reaches[i][1] }));
+    return { ...about, geometry, rows, parts };
+  }
+
   // ---- the inverse ---------------------------------------------------------------------------------------------------
 
   // Each joint beyond its limit, and by how much (rad, mm).
@@ -268,5 +288,5 @@
   }
 
   window.OMX_ARM = { DEG, IDENTITY, text, turn, product, link, chainFrames, frames, pose, columns, rows, at, target, poseOf, joints,
-    ellipse, task, branches, nearest, closest, families, violations, words, inUnit, pull, applied, gaps, touching };
+    ellipse, task, branches, nearest, closest, families, violations, words, inUnit, pull, applied, gaps, touching, learn, resized };
 })();

@@ -31,8 +31,12 @@
     if (wanted.has("/" + path.join("/"))) setObject(path, object);
   };
 
-  function take({ type, path, bytes }) {
+  const properties = new Map(); // the newest of each, by path and name
+  let size = 1; // of what is drawn, as a multiple of what was drawn first
+  function take(command) {
+    const { type, path, name, bytes } = command;
     if (type === "set_object") wanted.add(path);
+    if (type === "set_property") properties.set(`${path} ${name}`, command);
     if (type === "delete") for (const p of wanted) if (p === path || p.startsWith(path + "/")) wanted.delete(p);
     try {
       viewer.handle_command_bytearray(bytes);
@@ -233,6 +237,13 @@
       for (const [path, matrix] of Object.entries(nodes)) viewer.set_transform(words(path), matrix);
       for (const [path, shown] of Object.entries(visible || {})) viewer.set_property(words(path), "visible", shown);
       if (branch !== undefined) viewer.set_property(["meshcat", "arm"], "branch", branch);
+      viewer.set_dirty();
+    },
+    draw({ commands, size: now }) { // another arm in place of this one; what was said of that, its opacity say, holds on
+      for (const command of commands) take(command);
+      for (const command of properties.values()) if (command.path.startsWith("/meshcat/arm")) take(command);
+      for (const place of [viewer.controls.target, viewer.camera.position]) place.multiplyScalar(now / size);
+      size = now;
       viewer.set_dirty();
     },
     play() { if (!viewer.animator.playing) play.click(); },

@@ -239,7 +239,7 @@
   const marks = () => [...LINKS.map((i) => node("arm", i)), node("notes", "target")].filter(Boolean).map((n) => n.object);
   const signature = () => marks().map((o) => `${o.position.toArray()} ${o.quaternion.toArray()}`).join() + node("arm").object.ellipse + kept();
   function follow() {
-    if (!node("arm", TIP) || dragging()) return;
+    if (gone || !node("arm", TIP) || dragging()) return;
     const now = signature();
     if (now === last) return;
     last = now;
@@ -493,6 +493,24 @@
       viewer.set_dirty();
     }, SETTLE_MS);
   }
+
+  // ---- another arm -------------------------------------------------------------------------------------------------------
+
+  // The page around has another arm and, if they were derived, its formulas. `about` null: it cannot be led by hand here.
+  let gone = false;
+  window.addEventListener("message", ({ data, source }) => {
+    if (source !== window.parent || source === window || data?.omx !== "arm") return;
+    A.learn(data.modules);
+    gone = !data.about || data.about.rows.length !== TIP || A.task(data.about) !== task;
+    if (!gone) Object.assign(about, data.about);
+    else [q, found, chosen, note.hidden] = [null, [], null, true];
+    button.hidden = gone;
+    if (gone) offer(false);
+    ghosts?.root.removeFromParent();
+    ghosts = null;
+    last = "";
+    viewer.set_dirty();
+  });
 
   // ---- on and off ----------------------------------------------------------------------------------------------------------
 
