@@ -249,7 +249,7 @@
 
     async function start({ base, wheel, driver }) {
       const say = (said) => self.postMessage({ said });
-      say("Python is fetched from this site: 21 MB, the first time \u2026");
+      say("Python is fetched from this site: 22 MB, the first time \u2026");
       importScripts(`${base}pyodide.js`);
       const pyodide = await loadPyodide({ indexURL: base, stdout() {}, stderr() {} });
       await pyodide.loadPackage(["numpy", "sympy", "u-msgpack-python"], { messageCallback() {} });
