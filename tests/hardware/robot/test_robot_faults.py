@@ -463,6 +463,24 @@ def test_a_servo_that_restarts_while_its_mode_is_changed_is_caught_before_the_li
     assert all(on) or (not any(on) and robot.arm.q[1] < math.radians(-70)), "it holds, or it has been parked"
 
 
+@pytest.mark.parametrize("look", range(5))
+def test_a_servo_that_restarts_while_the_arm_parks_does_not_let_it_fall(robot, look):
+    """Whoever notices, the watch, which looks at every fifth look of the parking, or the parking itself."""
+    robot.arm.faults.inject("reboots", servo=14, after=0.5 + 0.02 * look)
+    with pytest.raises(ServoRestarted, match="servo 14"):
+        robot.park()
+    assert stands(robot)
+    robot.park()
+    assert not robot.driver.torque
+
+
+def test_an_arm_that_does_not_come_to_its_rest_pose_keeps_its_motors_on(robot):
+    robot.arm.servo(14).table.put("goal_pwm", 20)  # another program
+    with pytest.raises(errors.NotArrived, match="servo 14 pushes with at most 2 %"):
+        robot.park()
+    assert all(robot.arm.servo(servo).torque_on for servo in JOINTS)
+
+
 def test_a_packet_that_a_servo_got_damaged_is_sent_again(robot, monkeypatch):
     """Its answer says so: nothing was done, and nothing is wrong with the servo."""
     sent, left = VirtualSerial.write, [1, 1]
