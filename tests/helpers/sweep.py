@@ -270,7 +270,9 @@ def main(argv=None) -> int:
                 ends["BROKEN"] += 1
                 print(f"  {error}", flush=True)
         print(f"{name}: {', '.join(f'{n} {end}' for end, n in ends.most_common())}", flush=True)
-    print(f"{len(some)} packets, {len(given.names or SPOILS)} faults, {time.monotonic() - began:.0f} s: {broken} broken")
+    print(
+        f"{len(some)} packets, {len(given.names or SPOILS)} faults, {time.monotonic() - began:.0f} s: {broken} broken"
+    )
     return int(bool(broken))
 
 

@@ -406,6 +406,9 @@ class Driver:
                     sent, _ = self._move(goal, None, min(PARK_SPEED, self.guard.speed_cap))
                     self.arrive(sent)  # from anywhere else it would fall
                 self.relax()
+        except BaseException as error:
+            self.broken_off(error)
+            raise
         finally:
             self.watcher.folding = False
             self.watcher.trouble = self.watcher.trouble or known

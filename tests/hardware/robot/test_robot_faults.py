@@ -438,6 +438,29 @@ def test_no_interrupt_anywhere_in_a_command_leaves_the_arm_moving(robot, monkeyp
     assert len(list(calls_of(interrupted_at))) >= 5
 
 
+@pytest.mark.parametrize("end", ["close", "hold"])
+def test_no_interrupt_anywhere_in_the_end_of_a_program_leaves_the_arm_moving(monkeypatch, end):
+    def interrupted_at(n):
+        robot = Robot(clock=SteppedClock())
+        robot.write_motor_state(True)
+        robot.write_time(3)
+        robot.write_joints([60, -60, 20, 40])
+        robot.clock.sleep(1.0)
+        with monkeypatch.context() as patch:
+            interrupts = Interrupts(patch, "write", n)
+            with contextlib.suppress(KeyboardInterrupt):
+                getattr(robot, end)()
+        robot.bus.close()
+        for _ in range(2):
+            robot.arm.advance(robot.arm.now + 0.5)
+            before, after = (robot.arm.q, robot.arm.advance(robot.arm.now + 0.5))[0], robot.arm.q
+        if interrupts.left <= 0:
+            np.testing.assert_allclose(before, after, atol=1e-3)
+        return interrupts.left <= 0 and n < 9
+
+    assert len(list(calls_of(interrupted_at))) >= 3
+
+
 @pytest.mark.parametrize("servo", JOINTS)
 def test_a_servo_lost_in_a_change_of_mode_leaves_the_others_on(robot, servo):
     robot.write_mode("current")
