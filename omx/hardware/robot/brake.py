@@ -54,9 +54,15 @@ class Brake:
         """Stop where the arm is, torque on. Does what it can even if servos are missing, then raises what failed."""
         with self.lock:
             self.arrival, self.holding = self.clock.now() + HOLD_S, True
-            with contextlib.suppress(BusError):
+            try:
                 self.servos.stand()
                 return
+            except BusError:
+                pass
+            except BaseException:  # an interrupt, in the very middle of it: first the arm stands
+                with contextlib.suppress(BusError):
+                    self.servos.stand()
+                raise
             failed = []  # one of them is in trouble: each by itself, so that the others stand
             for servo in JOINTS:
                 try:

@@ -397,16 +397,21 @@ class Driver:
         self.brake.refuse_if_latched()
         if self.mode != "position":
             self.hold()
+        known, self.watcher.trouble = self.watcher.trouble, None  # said already, and parking is what helps
         self.watcher.folding = True
         try:
             with self._rescuing():
                 self.check_settings()
                 for goal in gate.way_to_rest(self.guard, self.come_to_rest()):
-                    self._move(goal, None, min(PARK_SPEED, self.guard.speed_cap))
-                    self.wait()
+                    sent, _ = self._move(goal, None, min(PARK_SPEED, self.guard.speed_cap))
+                    self.arrive(sent)  # from anywhere else it would fall
                 self.relax()
+        except BaseException as error:
+            self.broken_off(error)
+            raise
         finally:
             self.watcher.folding = False
+            self.watcher.trouble = self.watcher.trouble or known
 
     # ---- gripper ----
 

@@ -130,7 +130,7 @@ class Watch:
         self._turn, self._due = 0, math.inf
         self._asked_at, self._busy = self._clock.now(), False
         self.trouble: OmxError | None = None  # what it met, until somebody asks
-        self.folding = False  # while the arm parks nobody is told of trouble: the motors are about to go off
+        self.folding = False  # while the arm parks heat is no reason to stop: the motors are about to go off
         self.hot = False
 
     def asked(self) -> None:
@@ -139,7 +139,7 @@ class Watch:
 
     def ask(self) -> None:
         """Raise what it met, once."""
-        if self.trouble and not self.folding:
+        if self.trouble:
             trouble, self.trouble = self.trouble, None
             raise trouble
 

@@ -438,6 +438,29 @@ def test_no_interrupt_anywhere_in_a_command_leaves_the_arm_moving(robot, monkeyp
     assert len(list(calls_of(interrupted_at))) >= 5
 
 
+@pytest.mark.parametrize("end", ["close", "hold"])
+def test_no_interrupt_anywhere_in_the_end_of_a_program_leaves_the_arm_moving(monkeypatch, end):
+    def interrupted_at(n):
+        robot = Robot(clock=SteppedClock())
+        robot.write_motor_state(True)
+        robot.write_time(3)
+        robot.write_joints([60, -60, 20, 40])
+        robot.clock.sleep(1.0)
+        with monkeypatch.context() as patch:
+            interrupts = Interrupts(patch, "write", n)
+            with contextlib.suppress(KeyboardInterrupt):
+                getattr(robot, end)()
+        robot.bus.close()
+        for _ in range(2):
+            robot.arm.advance(robot.arm.now + 0.5)
+            before, after = (robot.arm.q, robot.arm.advance(robot.arm.now + 0.5))[0], robot.arm.q
+        if interrupts.left <= 0:
+            np.testing.assert_allclose(before, after, atol=1e-3)
+        return interrupts.left <= 0 and n < 9
+
+    assert len(list(calls_of(interrupted_at))) >= 3
+
+
 @pytest.mark.parametrize("servo", JOINTS)
 def test_a_servo_lost_in_a_change_of_mode_leaves_the_others_on(robot, servo):
     robot.write_mode("current")
@@ -461,6 +484,24 @@ def test_a_servo_that_restarts_while_its_mode_is_changed_is_caught_before_the_li
     assert not robot.bus.is_open
     on = [robot.arm.servo(servo).torque_on for servo in JOINTS]
     assert all(on) or (not any(on) and robot.arm.q[1] < math.radians(-70)), "it holds, or it has been parked"
+
+
+@pytest.mark.parametrize("look", range(5))
+def test_a_servo_that_restarts_while_the_arm_parks_does_not_let_it_fall(robot, look):
+    """Whoever notices, the watch, which looks at every fifth look of the parking, or the parking itself."""
+    robot.arm.faults.inject("reboots", servo=14, after=0.5 + 0.02 * look)
+    with pytest.raises(ServoRestarted, match="servo 14"):
+        robot.park()
+    assert stands(robot)
+    robot.park()
+    assert not robot.driver.torque
+
+
+def test_an_arm_that_does_not_come_to_its_rest_pose_keeps_its_motors_on(robot):
+    robot.arm.servo(14).table.put("goal_pwm", 20)  # another program
+    with pytest.raises(errors.NotArrived, match="servo 14 pushes with at most 2 %"):
+        robot.park()
+    assert all(robot.arm.servo(servo).torque_on for servo in JOINTS)
 
 
 def test_a_packet_that_a_servo_got_damaged_is_sent_again(robot, monkeypatch):
