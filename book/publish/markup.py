@@ -20,7 +20,6 @@ MOST_LINES = 20
 EQUALS = re.compile(r"(?<=\\right\]) = (?=\\left\[)")
 INLINE = re.compile(r"(\\\((?:(?!\\\)).)*\\\))([.,;:!?)\u201d\"]+)", re.DOTALL)
 SHOWN = re.compile("omx-scene|omx-panel")
-FORMULA = '<div class="formula">'
 LINK = re.compile(r"\[([^\[\]]*)\]\((?!https?:)[^()#]*?([\w-]+)\.(ipynb|md)(?:#[^()]*)?\)")
 
 

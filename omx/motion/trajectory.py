@@ -133,13 +133,8 @@ def joint_spline(waypoints, seconds: float | Sequence[float], rate: float = 100.
     velocities at the waypoints solve that. Between two waypoints it may swing a little beyond them.
     """
     q, legs = _legs(waypoints, seconds)
-    rate = as_number(rate, "rate", "a positive number of samples a second", TINY)
     knots = np.concatenate([[0.0], np.cumsum(legs)])
-    if knots[-1] * rate > MOST_SAMPLES:
-        raise BadInput(
-            f"`seconds` times `rate` must be at most {MOST_SAMPLES:.0e} samples; got {knots[-1] * rate:.1e}."
-        )
-    t = np.linspace(0.0, knots[-1], max(2, ceil(knots[-1] * rate) + 1))
+    t = _times(knots[-1], rate)
     return Trajectory(t, *spline(knots, q, t))
 
 
@@ -278,13 +273,18 @@ def _joint_velocity(q, task_velocity, geometry, max_speed):
     return qd
 
 
-def _timeline(seconds: float, scaling: Scaling, rate: float):
-    """`seconds` as a float, the times of the samples, and what the scaling makes of them."""
-    seconds = as_number(seconds, "seconds", "a positive number of seconds", TINY)
+def _times(seconds: float, rate: float) -> np.ndarray:
+    """The times of the samples, `rate` of them a second, both ends among them."""
     rate = as_number(rate, "rate", "a positive number of samples a second", TINY)
     if seconds * rate > MOST_SAMPLES:
         raise BadInput(f"`seconds` times `rate` must be at most {MOST_SAMPLES:.0e} samples; got {seconds * rate:.1e}.")
-    t = np.linspace(0.0, seconds, max(2, ceil(seconds * rate) + 1))
+    return np.linspace(0.0, seconds, max(2, ceil(seconds * rate) + 1))
+
+
+def _timeline(seconds: float, scaling: Scaling, rate: float):
+    """`seconds` as a float, the times of the samples, and what the scaling makes of them."""
+    seconds = as_number(seconds, "seconds", "a positive number of seconds", TINY)
+    t = _times(seconds, rate)
     wanted = "`scaling` must turn times u in [0, 1] into (s, ds/du, d2s/du2), as `quintic` and `trapezoid(0.25)` do"
     if scaling is trapezoid:
         raise BadInput(f"{wanted}; `trapezoid` itself must be called first: write `trapezoid()`.")

@@ -82,14 +82,14 @@ def open_page(context, lab):
     yield opener
     for page in pages:
         page.close()
+    end_kernels(lab)
+
+
+def end_kernels(lab):
     for kernel in lab.ask("kernels"):
-        end_kernel(lab, kernel["id"])
-
-
-def end_kernel(lab, kernel_id):
-    address = f"{lab.url}/api/kernels/{kernel_id}"
-    request = urllib.request.Request(address, headers={"Authorization": f"token {lab.token}"}, method="DELETE")
-    urllib.request.urlopen(request, timeout=30).close()
+        address = f"{lab.url}/api/kernels/{kernel['id']}"
+        request = urllib.request.Request(address, headers={"Authorization": f"token {lab.token}"}, method="DELETE")
+        urllib.request.urlopen(request, timeout=30).close()
 
 
 @pytest.fixture

@@ -42,12 +42,33 @@ class NotebookPage:
         # a workspace of its own, or JupyterLab would open the notebooks of earlier tests again
         address = lab.page(path.relative_to(lab.root).as_posix())
         self.page.goto(address.replace("/lab/tree/", f"/lab/workspaces/{path.stem}/tree/"))
-        self.page.locator(".jp-Notebook .jp-Cell").first.wait_for(timeout=60_000)
-        self.wait_for_kernel()
+        self._wait_for_notebook()
+
+    def leave(self):
+        """Close the notebook, as a reader does who goes on to another; JupyterLab stays."""
+        self.menu("File", "Close All Tabs")
+        self.page.locator(".jp-NotebookPanel").first.wait_for(state="detached")
+
+    def go_on_to(self, path):
+        """Open another notebook in the JupyterLab that is there: half the work of a new page."""
+        self.path, self.errors = path, []
+        self.menu("File", "Open from Path…")
+        self.page.locator(".jp-Dialog input").fill(path.relative_to(self._lab.root).as_posix())
+        self.page.locator(".jp-Dialog .jp-mod-accept").click()
+        self._wait_for_notebook()
+
+    def menu(self, name, entry):
+        """Choose an entry of the menu bar."""
+        self.page.locator(".lm-MenuBar-item", has_text=name).first.click()
+        self.page.locator(".lm-Menu-item", has_text=entry).first.click()
 
     def _console(self, message):
         if message.type == "error" and not any(noise in message.text for noise in NOISE):
             self.errors.append(message.text)
+
+    def _wait_for_notebook(self):
+        self.page.locator(f"{SHOWN} .jp-Cell").first.wait_for(timeout=60_000)
+        self.wait_for_kernel()
 
     @property
     def kernel(self):
@@ -70,8 +91,7 @@ class NotebookPage:
 
     def start(self):
         """Begin to run every cell."""
-        self.page.locator(".lm-MenuBar-item", has_text="Run").click()
-        self.page.locator(".lm-Menu-item", has_text="Run All Cells").first.click()
+        self.menu("Run", "Run All Cells")
 
     def run_all(self):
         """Run every cell, wait for the last, and return the cells as JupyterLab saved them."""
@@ -101,8 +121,7 @@ class NotebookPage:
     def reload(self):
         """Load the page again, as a reader does whose browser was closed; the kernel lives on."""
         self.page.reload()
-        self.page.locator(f"{SHOWN} .jp-Cell").first.wait_for(timeout=60_000)
-        self.wait_for_kernel()
+        self._wait_for_notebook()
 
     # -- scenes -------------------------------------------------------------------------------------------
 

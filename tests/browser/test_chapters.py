@@ -3,14 +3,33 @@
 import pytest
 
 from book.chapters import normalise
-from tests.browser.pages import fatal, is_blank, pixels
+from tests.browser.conftest import end_kernels
+from tests.browser.pages import NotebookPage, fatal, is_blank, pixels
 
 CHAPTERS = sorted(path.name for path in normalise.NOTEBOOKS.glob("*.ipynb"))
 
 
+@pytest.fixture(scope="module")
+def sound():
+    """The JupyterLab page in which the last chapter passed, if it did: the next one is opened there."""
+    return []
+
+
+@pytest.fixture
+def page(name, context, lab, sound):
+    path = lab.root / "notebooks" / name
+    if sound:
+        page = sound.pop()
+        page.go_on_to(path)
+    else:
+        page = NotebookPage(context, lab, path)
+    yield page
+    page.leave() if sound else page.close()
+    end_kernels(lab)
+
+
 @pytest.mark.parametrize("name", CHAPTERS)
-def test_chapter(name, lab, open_page):
-    page = open_page(lab.root / "notebooks" / name)
+def test_chapter(name, lab, page, sound):
     ports = lab.listening()
     cells = page.run_all()
     check_outputs(cells)
@@ -26,6 +45,7 @@ def test_chapter(name, lab, open_page):
         check_slider(page, scene, panel.locator(".noUi-handle").first)
     assert name[:2] != "00" or panel is not None, "the first chapter has the arm under sliders"
     assert not page.errors
+    sound.append(page)
 
 
 def has_widgets(cells):

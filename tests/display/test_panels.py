@@ -4,6 +4,7 @@ import asyncio
 import html
 import math
 import re
+import time
 
 import numpy as np
 import pytest
@@ -175,10 +176,11 @@ def test_latest_passes_the_newest_on_and_never_loses_the_last():
         await asyncio.sleep(0.05)
         return heard
 
+    began = time.monotonic()
     heard = asyncio.run(flood())
     assert heard[0] == 0
     assert heard[-1] == 49
-    assert len(heard) < 12
+    assert 0.02 * (len(heard) - 2) < time.monotonic() - began
     assert heard == sorted(heard)
 
 

@@ -346,13 +346,6 @@ def test_prismatic_joints_are_boxes_and_revolute_ones_cylinders():
     assert rod.bounds()[0][2] == pytest.approx(-100, abs=5)
 
 
-def test_a_chain_can_be_drawn_into_the_arms_scene(view):
-    view.draw_chain(PRISMATIC, (0, 0, 10), name="other")
-    np.testing.assert_allclose(placed(view.channel, "/meshcat/notes/other/3"), PRISMATIC.fk((0, 0, 10)), atol=1e-9)
-    view.remove("other")
-    assert objects(view.channel, "/meshcat/notes") == set()
-
-
 # ---- animation -----------------------------------------------------------------------------------------
 
 

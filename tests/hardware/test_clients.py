@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from book.setup.paths import ENVIRONMENT, ROOT
-from omx.hardware.simulator.server_process import Served
+from tests.helpers.served_arm import Served
 
 CLIENTS = ROOT / "tests/helpers/clients"
 PTY = sys.platform.startswith("linux")  # on macOS pseudo-terminals do not take the servos' rate

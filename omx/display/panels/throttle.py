@@ -11,13 +11,13 @@ class Latest:
     event loop nothing could call later, so then every value is passed on at once.
     """
 
-    def __init__(self, action, interval: float, *, eager: bool = True, clock=time.monotonic):
-        self._action, self._interval, self._eager, self._clock = action, interval, eager, clock
+    def __init__(self, action, interval: float, *, eager: bool = True):
+        self._action, self._interval, self._eager = action, interval, eager
         self._due = 0.0
         self._waiting: list = []
 
     def __call__(self, value) -> None:
-        wait = self._due - self._clock() if self._eager else self._interval
+        wait = self._due - time.monotonic() if self._eager else self._interval
         loop = _running_loop()
         if wait <= 0 or loop is None:
             self._waiting.clear()
@@ -34,7 +34,7 @@ class Latest:
             self._call(self._waiting.pop())
 
     def _call(self, value) -> None:
-        self._due = self._clock() + self._interval
+        self._due = time.monotonic() + self._interval
         self._action(value)
 
 

@@ -45,12 +45,6 @@ class Linkage:
         return out
 
 
-def rotation_z(angle: float) -> tuple:
-    """A turn about z (rad) as 16 floats."""
-    c, s = cos(angle), sin(angle)
-    return (c, s, 0.0, 0.0, -s, c, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
-
-
 def column_major(matrix) -> list[float]:
     """A 4x4 array in mm as 16 floats with the translation in metres."""
     flat = [float(v) for column in zip(*matrix, strict=True) for v in column]

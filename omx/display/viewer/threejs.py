@@ -39,12 +39,12 @@ class Drawing:
         placed |= {"castShadow": casts and opacity == 1, "receiveShadow": receives}
         return self._child("Mesh", geometry, material, **placed)
 
-    def lines(self, points, colours, opacity=1.0) -> "Drawing":
+    def lines(self, points, colours) -> "Drawing":
         """Separate thin lines: `points` (2n, 3) mm and `colours` (2n, 3) of 0..255, two rows a line."""
         points = (np.asarray(points, float) * 1e-3).astype(np.float32)
         attributes = {"position": attribute(points), "color": attribute(np.asarray(colours, np.uint8), True)}
         geometry = {"type": "BufferGeometry", "data": {"attributes": attributes}}
-        material = {"type": "LineBasicMaterial", "vertexColors": True, "opacity": opacity, "transparent": True}
+        material = {"type": "LineBasicMaterial", "vertexColors": True, "opacity": 1.0, "transparent": True}
         return self._child("LineSegments", geometry, material)
 
     def region(self, outline, holes, colour: int, opacity: float) -> "Drawing":

@@ -1,6 +1,5 @@
 """The tool's trail: a line that grows with each pose, in short pieces so that each update stays small."""
 
-from ..palette import VERMILION
 from .annotations import polyline
 from .channel import Channel
 from .commands import delete
@@ -15,8 +14,8 @@ class Trail:
 
     root = "/meshcat/trail"
 
-    def __init__(self, channel: Channel, colour=VERMILION):
-        self._channel, self._colour = channel, colour
+    def __init__(self, channel: Channel):
+        self._channel = channel
         self._points: list[tuple] = []
         self._piece = 0
 
@@ -27,7 +26,7 @@ class Trail:
         self._points.append(tuple(point))
         if len(self._points) < 2:
             return
-        put_object(self._channel, f"{self.root}/{self._piece}", polyline(self._points, self._colour))
+        put_object(self._channel, f"{self.root}/{self._piece}", polyline(self._points))
         if len(self._points) == _PIECE:
             self._points, self._piece = self._points[-1:], self._piece + 1
 

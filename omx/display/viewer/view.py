@@ -204,13 +204,6 @@ class View(Scene):
         """
         put_property(self.channel, "/meshcat/arm", "ellipse", as_number(seconds, "seconds", "a time in s", low=0.0))
 
-    def draw_chain(self, chain, q, *, name: str = "chain", colour=None) -> None:
-        """Draw any `omx.Chain` at `q` into this scene, from its DH table alone; the same name moves or replaces it."""
-        scale = skeleton.SCALE * skeleton.reach(chain)
-        figure = Figure(self.channel, f"/meshcat/notes/{name}", skeleton.drawings(chain, scale, colour))
-        figure.pose(Linkage(chain).frames([float(v) for v in q]))
-        self._notes.add(name)
-
     def clear(self) -> None:
         """Remove all that was added: frames, ghosts, ellipse, target, trail, paths, section and marks."""
         with self.channel.batch():

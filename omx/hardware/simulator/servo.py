@@ -27,14 +27,14 @@ _MOMENT_S = 0.002  # the noise of the encoder changes this often
 class Servo:
     """A servo on the bus, turning `joint`. Times are those of the arm's clock, in s."""
 
-    def __init__(self, joint: Joint, servo_id: int, model: int = MODEL, firmware: int = 45):
+    def __init__(self, joint: Joint, servo_id: int):
         self.joint = joint
         self.encoder = Encoder()
         self.table = Table()
         self.table.put("id", servo_id)
         self.table.put("baud_rate", reg.BAUDS.index(1_000_000))
-        self.table.put("model_number", model)
-        self.table.put("firmware_version", firmware)
+        self.table.put("model_number", MODEL)
+        self.table.put("firmware_version", 45)
         self.registered: tuple[int, bytes] | None = None
         self.trajectory: profile.Trajectory | None = None
         self.temperature = AMBIENT

@@ -37,8 +37,8 @@ from omx.hardware.robot import Robot, discovery, modes
 from omx.hardware.robot.gate import way_to_rest
 from omx.hardware.safety import Guard
 from omx.hardware.simulator import SteppedClock, VirtualArm, VirtualPort
-from omx.hardware.simulator.server_process import Served
 from omx.motion.trajectory import joint_move
+from tests.helpers.served_arm import Served
 from tests.helpers.witness import Witness
 
 QUICK = settings(

@@ -24,9 +24,9 @@ from omx.hardware.dynamixel.bus import Bus
 from omx.hardware.log import read_log
 from omx.hardware.robot import Robot, modes
 from omx.hardware.simulator import SteppedClock, VirtualPort
-from omx.hardware.simulator.server_process import Served
 from omx.hardware.simulator.virtual_port import VirtualSerial
 from omx.motion.trajectory import joint_move
+from tests.helpers.served_arm import Served
 
 TARGET = [60, -25, 5, 25]
 SECONDS, FAULT_AT, LOGGED = 3.0, 1.0, 4.0

@@ -23,8 +23,8 @@ from omx.hardware.simulator import VirtualArm
 from omx.hardware.simulator.__main__ import main
 from omx.hardware.simulator.endpoints import TcpEnd
 from omx.hardware.simulator.server import Pace, parse_fault, serve
-from omx.hardware.simulator.server_process import Served
 from tests.helpers.rigs import PTY_BAUD
+from tests.helpers.served_arm import Served
 
 ENDS = [
     pytest.param(("--tcp", "0"), id="tcp"),
@@ -325,7 +325,7 @@ def test_it_ends_with_its_standard_input():
 def test_it_ends_with_the_program_that_started_it_even_if_that_is_killed():
     program = textwrap.dedent("""
         import time
-        from omx.hardware.simulator.server_process import Served
+        from tests.helpers.served_arm import Served
         served = Served()
         print(served._process.pid, flush=True)
         time.sleep(60)

@@ -1,13 +1,9 @@
-"""Starting the virtual arm in a process of its own, from a test or a notebook."""
+"""The virtual arm in a process of its own."""
 
-import os
 import subprocess
 import sys
-from pathlib import Path
 
-from ...errors import BadInput, OmxError
-
-_ROOT = Path(__file__).resolve().parents[3]  # where `omx` is found
+from omx.errors import BadInput, OmxError
 
 
 class Served:
@@ -18,13 +14,11 @@ class Served:
     """
 
     def __init__(self, *arguments: str):
-        path = os.pathsep.join(filter(None, [str(_ROOT), os.environ.get("PYTHONPATH")]))
         self._process = subprocess.Popen(
             [sys.executable, "-m", "omx.hardware.simulator", "--stdin", *(arguments or ("--tcp", "0"))],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
-            env={**os.environ, "PYTHONPATH": path},
         )
         self.name = self._process.stdout.readline().strip()
         if not self.name:
