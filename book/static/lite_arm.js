@@ -28,9 +28,13 @@
   channel.onmessage = ({ data }) => {
     if (data === "is an arm connected?" && connected) channel.postMessage("connected");
   };
-  button.id = "connect-arm";
-  button.style = "position: fixed; top: 1px; right: 8px; z-index: 10000; height: 24px; font: 12px system-ui, sans-serif";
+  button.style = "flex: none; margin: 1px 8px 1px auto; font: 12px system-ui, sans-serif";
   button.addEventListener("click", connect);
   show();
-  addEventListener("DOMContentLoaded", () => document.body.append(button));
+  const placing = setInterval(() => {  // JupyterLab makes its bar of menus when it is ready
+    const bar = document.getElementById("jp-top-panel");
+    if (!bar) return;
+    clearInterval(placing);
+    bar.append(button);
+  }, 200);
 })();
