@@ -28,6 +28,7 @@ from .errors import (
     PortBusy,
     PortError,
     PortLost,
+    ReadOnly,
     ServoFault,
     ServoLost,
     ServoRefused,
@@ -71,9 +72,9 @@ __all__ = [
     "HandPanel",
     "IKSolution", "JointLimit", "JointPanel", "LiveFigure", "LogError", "NotArrived", "NotDecided", "NotEqual",
     "NotIdentifiable", "NotReady", "ObjectLost", "OmxError", "OutOfBounds", "PathBlocked", "PortBusy", "PortError",
-    "PortLost", "Pose", "PosePanel", "Robot", "RobotPanel", "RowPanel", "RowView", "ServoFault", "ServoLost",
-    "ServoRefused", "ServoRestarted", "Stalled", "Stopped", "TeachPanel", "TooFast", "TooHeavy", "TorqueOff",
-    "Unreachable", "View", "ViewerMissing", "Violation", "Wrong", "WrongServo",
+    "PortLost", "Pose", "PosePanel", "ReadOnly", "Robot", "RobotPanel", "RowPanel", "RowView", "ServoFault",
+    "ServoLost", "ServoRefused", "ServoRestarted", "Stalled", "Stopped", "TeachPanel", "TooFast", "TooHeavy",
+    "TorqueOff", "Unreachable", "View", "ViewerMissing", "Violation", "Wrong", "WrongServo",
     "fk", "frames", "ik", "ik_batch", "jacobian", "other_arm", "pose", "solve_ik",
 ]  # fmt: skip
 

@@ -174,6 +174,18 @@ class PortLost(PortError):
     """The port was open and has gone: the plug was pulled, or the adapter lost its power."""
 
 
+class ReadOnly(OmxError):
+    """An arm that is only read was to be written to. `port` is its port, `doing` what was refused; nothing was sent."""
+
+    def __init__(self, port: str, doing: str):
+        self.port, self.doing = port, doing
+        super().__init__(
+            f"{port}: a real arm is only read in a browser: refused to {doing}. Here STOP would wait for the end of a "
+            "cell, nothing would watch the arm meanwhile, and a restarted kernel could not make it hold. The virtual "
+            "arm, `Robot()`, moves; so does a real one with the book installed: `python run.py lab`."
+        )
+
+
 class BusTimeout(BusError):
     """No answer. `missing` are the ids that owe one, `answered` those that gave one before."""
 

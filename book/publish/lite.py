@@ -27,6 +27,7 @@ from book.chapters.student import Refused, student_copy
 from book.publish import notices, npm, start
 from book.setup import extra_envs
 from book.setup.paths import ROOT, Stop, child_environment
+from omx.hardware.dynamixel.serial_line import ADAPTERS
 
 BUILD = ROOT / "build"
 SOURCE, LITE, WHEELS = BUILD / "lite-source", BUILD / "lite", BUILD / "lite-wheels"
@@ -67,8 +68,9 @@ KERNEL = "@jupyterlite/pyodide-kernel-extension:kernel"
 SETTINGS = {"pyodideUrl": "./static/pyodide/pyodide.js", "disablePyPIFallback": True}
 WHERE = (
     "**This copy runs in your browser alone.** Python begins with the first cell that you run: allow it up to a "
-    "minute. Your work is kept in this browser; *File*, *Download* gives you the notebook as a file. The arm is "
-    "virtual here, and *Interrupt* does nothing: to end a long cell, restart the kernel."
+    "minute. Your work is kept in this browser; *File*, *Download* gives you the notebook as a file. The arm that "
+    "moves is virtual here: a real one, after *Connect the arm*, is only read, its motors off. *Interrupt* does "
+    "nothing: to end a long cell, restart the kernel."
 )
 #: When and by what the files are zipped is nobody's business: the same wheel from the same files.
 EPOCH = {"SOURCE_DATE_EPOCH": "1577836800"}
@@ -87,6 +89,7 @@ def build(pyodide=None, solutions=False):
     shutil.copyfile(LITE / "lab" / "favicon.ico", LITE / "favicon.ico")  # browsers ask for it there
     configure(LITE / "jupyter-lite.json")
     write_start_page(LITE / "index.html")
+    let_an_arm_be_connected(LITE / "lab")
     shutil.copyfile(start.__file__, LITE / "start.py")
     notices.write(LITE, notices.LITE, [core] if (core / "LICENSE").exists() else [], packages_of(python))
 
@@ -157,6 +160,16 @@ def write_start_page(path):
     script = (ROOT / "book/static/lite_work.js").read_text(encoding="utf-8")
     page = page.replace("{{rows}}", "\n".join(rows)).replace("{{script}}", script)
     path.write_text(page, encoding="utf-8", newline="\n")
+
+
+def let_an_arm_be_connected(lab):
+    """JupyterLab's page gets the command by which its reader gives Python the port of a real arm."""
+    filters = json.dumps([{"usbVendorId": vendor, "usbProductId": product} for vendor, product in ADAPTERS])
+    script = (ROOT / "book/static/lite_arm.js").read_text(encoding="utf-8").replace("{{adapters}}", filters)
+    (lab / "arm.js").write_text(script, encoding="utf-8", newline="\n")
+    page = (lab / "index.html").read_text(encoding="utf-8")
+    page = page.replace("</head>", '<script src="arm.js"></script>\n</head>', 1)
+    (lab / "index.html").write_text(page, encoding="utf-8", newline="\n")
 
 
 # ---- packages for the browser's Python ---------------------------------------------------------------------------

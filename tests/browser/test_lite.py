@@ -10,15 +10,18 @@ import subprocess
 import sys
 import urllib.request
 import zipfile
+from pathlib import Path
 
 import pytest
 
 from book.chapters import runs
 from book.publish import lite
 from book.setup.paths import Stop
+from omx import HOME, Robot
+from omx.hardware.simulator import SteppedClock, VirtualArm, VirtualPort
 from tests.browser.conftest import FLAGS
 from tests.browser.weblook import serious, served
-from tests.helpers.lite import chapter, run_all
+from tests.helpers.lite import chapter, python, run_all
 
 
 @pytest.fixture(scope="module")
@@ -123,6 +126,120 @@ def test_the_folder_starts_itself(built):
     finally:
         run.kill()
         run.wait()
+
+
+# ---- a real arm ------------------------------------------------------------------------------------------------------
+
+#: A lab with the motors off, in `port`'s words; it ends with what it found in `said`.
+LAB = """
+import numpy as np
+from omx import Robot, ReadOnly
+with Robot(port) as robot:
+    said = [np.degrees(robot.q).round(6).tolist(), robot.get_current_fk().round(6).tolist(), robot.read_gripper()]
+    log = robot.log(0.2, "by-hand.csv")
+    said += log.array(*log.columns[1:]).round(6).tolist()
+"""
+#: What the browser's programmes begin with.
+BEGIN = "import js, json\nfrom pyodide.code import run_js\n"
+#: The page's half of the browser: the reader chooses nothing, then the arm; an adapter of another day is remembered.
+CHOOSING = """() => {
+  const arm = {}, other = { forget: async () => { window.forgotten = true; } };
+  const serial = {
+    requestPort: async ({ filters }) => {
+      window.filters = filters;
+      if (!navigator.userActivation.isActive) throw new DOMException("no gesture", "SecurityError");
+      if (!window.chooses) throw new DOMException("No port selected by the user.", "NotFoundError");
+      return arm;
+    },
+    getPorts: async () => [other, arm],
+  };
+  Object.defineProperty(navigator, "serial", { value: serial });
+}"""
+
+
+def test_a_real_arm_is_read_in_the_browser_byte_for_byte_and_only_after_a_click(built, playwright, chromium, tmp_path):
+    """The same programme here on the virtual servos, and there on a line that knows these very bytes."""
+    here = {"port": VirtualPort(VirtualArm(q=HOME), clock=SteppedClock())}
+    exec(LAB.replace("by-hand.csv", str(tmp_path / "by-hand.csv")), here)
+    talk = [(one.sent.hex(), one.received.hex()) for one in here["robot"].bus.history]
+    opening = len(Robot(VirtualPort(VirtualArm(q=HOME), clock=SteppedClock())).bus.history)
+    stand_in = (Path(__file__).parents[1] / "helpers" / "serial_stand_in.js").read_text(encoding="utf-8")
+    with served(built) as home, chapter(playwright, chromium, home, runs.chapters()[0].name) as tab:
+        tab.evaluate(CHOOSING)
+        python(tab, BEGIN + f"run_js({f'({stand_in})({json.dumps(talk)})'!r})")
+        refused = (
+            BEGIN
+            + """
+import omx
+from omx import Robot, find_ports
+said = [find_ports()]
+for port in ("auto", "webserial", "/dev/ttyUSB0"):
+    try:
+        Robot(port)
+    except omx.PortError as error:
+        said.append(str(error))
+print(json.dumps([said, js.stand.opens]))"""
+        )
+        for _ in range(2):  # before anything is pressed, and after a choice that was cancelled
+            (ports, auto, named, other), opens = json.loads(python(tab, refused))
+            assert (ports, opens) == ([], 0)
+            assert "none is connected to this page: press *Connect the arm*" in auto
+            assert "no arm is connected to this page: press *Connect the arm*" in named
+            assert "there is no such port" in other
+            tab.get_by_role("button", name="Connect the arm").click()
+        assert {"usbVendorId": 0x0403, "usbProductId": 0x6014} in tab.evaluate("filters")
+        assert not tab.evaluate("window.forgotten")
+        tab.evaluate("window.chooses = true")
+        tab.get_by_role("button", name="Connect the arm").click()
+        tab.get_by_role("button", name="Arm connected, to be read").wait_for()
+        assert tab.evaluate("window.forgotten")
+        lab = python(
+            tab,
+            BEGIN
+            + "port = 'webserial'\n"
+            + LAB
+            + """
+print(json.dumps([said, js.stand.asked.to_py(), js.stand.wrong, js.stand.opens, js.stand.baud, robot.bus.is_open]))""",
+        )
+        said, asked, wrong, *how = json.loads(lab)
+        assert wrong == ""
+        assert asked == [question for question, _ in talk]
+        assert said == here["said"]
+        assert how == [1, 1_000_000, False]
+        ended = python(
+            tab,
+            BEGIN
+            + f"""
+js.stand.asked.length = 0
+robot = Robot("webserial")
+said = []
+try:
+    Robot("webserial")
+except omx.PortBusy as error:
+    said.append(str(error))
+for act in (lambda: robot.write_motor_state(True), lambda: robot.bus.write(11, "goal_position", 2048),
+            lambda: robot.bus.write_all("torque_enable", dict.fromkeys(range(11, 15), 1)), robot.relax):
+    try:
+        act()
+    except ReadOnly as error:
+        said.append(str(error))
+js.stand.unplugAfter = {opening} + 2
+try:
+    robot.log(10.0, "cut-off.csv")
+except omx.PortLost as error:
+    said.append(str(error))
+robot.close()
+print(json.dumps([said, len(js.stand.asked), robot.bus.is_open]))""",
+        )
+        (busy, *refusals, lost), sent, is_open = json.loads(ended)
+        assert "this very notebook has it open: go on with that robot" in busy
+        assert len(refusals) == 4
+        assert all("only read in a browser: refused to" in refusal for refusal in refusals)
+        assert "webserial: the port has gone" in lost
+        assert "Is the USB plug in?" in lost
+        assert (sent, is_open) == (opening + 2, False)
+        assert python(tab, "from omx.hardware.log import read_log; print(len(read_log('cut-off.csv')))").strip() == "2"
+        assert tab.outside == []
 
 
 # ---- what cannot be had ------------------------------------------------------------------------------------------

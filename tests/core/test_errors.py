@@ -30,6 +30,7 @@ MADE = [
     errors.Collision("hand", "base", 3.0, (0, 1, 2, 3)),
     errors.TooFast("q1", 2.0, 1.0, 3.5),
     errors.PortError("/dev/x", "no", 13),
+    errors.ReadOnly("webserial", "set goal_position to 5"),
     errors.BusTimeout("/dev/x", "read", (12, 13), (11,)),
     errors.ServoLost("/dev/x", "read", (12, 13), (11,)),
     errors.BusCorrupt("/dev/x", "read", 12, b"abc"),

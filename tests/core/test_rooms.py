@@ -30,7 +30,7 @@ ROOMS = {
 }
 #: Parts of rooms that may do more than their room.
 MORE = {
-    "hardware.dynamixel": (set(), {"dynamixel_sdk", "serial"}),
+    "hardware.dynamixel": (set(), {"dynamixel_sdk", "serial", "pyodide"}),
     "display.panels": ({"hardware"}, set()),
 }
 #: Imported once there is a symbol, or an array that is not NumPy's: both go through the same formulas as numbers.

@@ -41,3 +41,23 @@ def run_all(tab):
     """Run every cell; the cells with their outputs, and how long it took, s."""
     cells = tab.evaluate(RUN_ALL)["cells"]
     return cells, tab.evaluate("performance.now() / 1e3") - tab.ready_s
+
+
+def python(tab, code):
+    """Run `code` in the tab's Python; what it prints. An error of it is one here."""
+    said, failed = tab.evaluate(
+        """async (code) => {
+          const kernel = jupyterapp.shell.currentWidget.sessionContext.session.kernel;
+          const asked = kernel.requestExecute({ code });
+          let said = "", failed = "";
+          asked.onIOPub = ({ header, content }) => {
+            if (header.msg_type === "stream") said += content.text;
+            if (header.msg_type === "error") failed = content.traceback.join("\\n");
+          };
+          await asked.done;
+          return [said, failed];
+        }""",
+        code,
+    )
+    assert not failed, said + failed
+    return said

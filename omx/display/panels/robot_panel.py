@@ -60,6 +60,8 @@ class RobotPanel(ipywidgets.VBox):
     """
 
     def __init__(self, robot, view: View | None = None, *, watch: bool = True):
+        self._closing = threading.Event()
+        robot.bus.refuse_if_read_only("put its motors under buttons")
         self.robot, self.driver = robot, robot.driver
         self._cell = _this_cell()
         for panel in [p for p in _panels if p.robot is robot or (p._cell and p._cell == self._cell)]:
@@ -68,7 +70,6 @@ class RobotPanel(ipywidgets.VBox):
             robot.clock.run()
         limits = self.driver.guard.soft_limits
         start = _inside(self.driver.read().q, limits)  # an arm that hangs without torque may lie outside its limits
-        self._closing = threading.Event()
         self.joints = JointPanel(view or View(start, geometry=robot.geometry), limits=limits)
         self.joints.on_command = lambda q: None  # the ghost alone; the arm goes there while the button is held
         self._aim: tuple[float, ...] | None = None

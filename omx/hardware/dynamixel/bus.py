@@ -10,7 +10,7 @@ from collections import deque
 from operator import index
 from typing import NamedTuple
 
-from ...errors import BadInput, BusCorrupt, BusTimeout, PortLost, ServoFault, ServoRefused, WrongServo
+from ...errors import BadInput, BusCorrupt, BusTimeout, PortLost, ReadOnly, ServoFault, ServoRefused, WrongServo
 from . import packet as pk
 from .packet import Instruction as Do
 from .registers import PRESENT, REGISTERS, Block, Register, block, hardware_errors, register
@@ -79,6 +79,11 @@ class Bus:
     def asking(self) -> bool:
         """True in the middle of a transaction."""
         return self._asking
+
+    def refuse_if_read_only(self, doing: str):
+        """Raise ReadOnly if nothing but questions may go over this port."""
+        if self._port.read_only:
+            raise ReadOnly(self.name, doing)
 
     def tune(self, baud: int):
         """Open the port at another baud rate, one that the servos know."""
@@ -210,6 +215,8 @@ class Bus:
 
     def _ask(self, to, instruction, params, wanted, doing, row: Register | None = None) -> list[Answer]:
         """Send one packet and collect the answers of `wanted`, pairs of id and number of data bytes."""
+        if instruction not in pk.QUESTIONS:
+            self.refuse_if_read_only(doing)
         with self._lock:
             if not self._port.is_open:
                 raise PortLost(self.name, "the port is closed. Call reopen(), or make a new connection.")

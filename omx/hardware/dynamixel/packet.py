@@ -38,6 +38,9 @@ class Instruction(IntEnum):
     FAST_BULK_READ = 0x9A
 
 
+#: What asks, and changes nothing in a servo.
+QUESTIONS = frozenset((Instruction.PING, Instruction.READ, Instruction.SYNC_READ, Instruction.FAST_SYNC_READ))
+
 #: Parameters of CLEAR (forget whole turns), BACKUP (the table into the servo's store, and back), FACTORY_RESET.
 CLEAR_TURNS = b"\x01DXL\x22"
 STORE, RESTORE = b"\x01CTRL", b"\x02CTRL"

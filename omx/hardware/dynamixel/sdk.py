@@ -12,6 +12,7 @@ import dynamixel_sdk
 from ...errors import PortBusy, PortLost
 from ..clock import Clock
 from . import packet as pk
+from . import web_serial
 from .serial_line import open_line
 
 #: More bytes than any answer has: a line that goes on after them is noise, not an answer.
@@ -56,13 +57,16 @@ class Damage(Exception):
 class Port(dynamixel_sdk.PortHandler):
     """The SDK's port, opened with care: exclusive, with a short read timeout, and with its bytes recorded.
 
-    `clock` is the time it lives in; `patience_s` is how much longer than the SDK it waits for an answer.
+    `clock` is the time it lives in; `patience_s` is how much longer than the SDK it waits for an answer. Over a
+    `read_only` one, such as a browser's, nothing but questions goes out.
     """
 
     def __init__(self, name: str, clock: Clock | None = None, patience_s: float | None = None):
         super().__init__(name)
         self.clock = clock or Clock()
-        self.patience_s = (SOCKET_PATIENCE_S if "://" in name else 0.0) if patience_s is None else patience_s
+        self.read_only = name == web_serial.NAME
+        far = self.read_only or "://" in name
+        self.patience_s = (SOCKET_PATIENCE_S if far else 0.0) if patience_s is None else patience_s
         self.sent, self.received = b"", bytearray()
         self._heard = False
 

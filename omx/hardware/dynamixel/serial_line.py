@@ -9,6 +9,7 @@ import serial
 from serial import SerialException as SerialException  # the virtual line raises it, too
 
 from ...errors import PortBusy, PortError
+from . import web_serial
 
 #: USB adapters that the arm is sold with: U2D2 (FTDI) and OpenCR, by vendor and product id.
 ADAPTERS = {(0x0403, 0x6014): "U2D2", (0x0403, 0x6001): "USB serial (FTDI)", (0xFFF1, 0xFF48): "OpenCR",
@@ -29,10 +30,12 @@ _BUSY = "another program or another notebook has it open. Close that one first: 
 
 
 def open_line(name: str, baud: int):
-    """An open pyserial line to `name`: a serial port, or a `socket://127.0.0.1:PORT` URL.
+    """An open pyserial line to `name`: a serial port, or a `socket://127.0.0.1:PORT` URL; or a browser's "webserial".
 
     Raises PortBusy if someone else has it, PortError with the reason otherwise.
     """
+    if name == web_serial.NAME:
+        return web_serial.WebSerial(baud, READ_TIMEOUT_S)
     try:
         if "://" in name:
             _check_url(name)
@@ -87,7 +90,7 @@ def _keep_others_out(line):
 def find_ports(adapters_only: bool = False) -> list[str]:
     """Serial ports that may have the arm, likely adapters first; or those of adapters that arms are sold with alone."""
     if sys.platform == "emscripten":
-        return []  # a browser's Python sees no ports, and pyserial would not even import their list
+        return web_serial.find_ports()  # pyserial would not even import its list there
     from serial.tools import list_ports
 
     ports = [port for port in list_ports.comports() if port.vid is not None]

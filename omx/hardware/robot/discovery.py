@@ -1,9 +1,11 @@
 """Finding the arm, and looking it over before anything moves: all that is wrong, in one message."""
 
+import sys
 from dataclasses import dataclass, field
 
 from ...arm import ARM_IDS, GRIPPER_ID, JOINT_IDS
 from ...errors import BusError, PortBusy, PortError
+from ..dynamixel import web_serial
 from ..dynamixel.bus import Bus, Ping
 from ..dynamixel.sdk import is_open_here
 from ..dynamixel.serial_line import find_ports
@@ -75,7 +77,10 @@ def _search() -> Bus:
                                 f"`Robot({arms[0].name!r})`.")  # fmt: skip
     tried += [f"{port}: not asked, for it does not look like the arm's adapter; name it if it is"
               for port in find_ports() if port not in adapters]  # fmt: skip
-    found = "; ".join(tried) or "this computer has no USB serial port: is the cable in, and the adapter's driver there?"
+    nothing = "this computer has no USB serial port: is the cable in, and the adapter's driver there?"
+    if sys.platform == "emscripten":
+        nothing = f"none is connected to this page: {web_serial.HOW}"
+    found = "; ".join(tried) or nothing
     raise PortError("auto", f"no arm found. {found}")
 
 

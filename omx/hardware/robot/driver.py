@@ -76,6 +76,8 @@ class Driver:
         self.torque = any(self.condition.registers[servo]["torque_enable"] for servo in JOINT_IDS)
         self.watcher = Watch(self, idle_s)
         if self.torque:
+            bus.refuse_if_read_only("look after its motors, which another program has left on; support the arm and "
+                                    "switch its power off")  # fmt: skip
             self.servos.stiffen()  # it may be turning, and our own questions would feed its watchdog
             self.watcher.begin()
 
@@ -98,6 +100,7 @@ class Driver:
 
     def torque_on(self) -> None:
         """Set every servo up and switch it on where it stands: the goal becomes the present position first."""
+        self.bus.refuse_if_read_only("switch its motors on")
         self.brake.refuse_if_latched()
         with self.watcher.undisturbed():
             self.halt()  # a joint that lags behind, on less power than it is about to get, would leap
@@ -128,6 +131,7 @@ class Driver:
 
         A servo that reboots is limp for half a second: support the arm. Returns the ids of the servos rebooted.
         """
+        self.bus.refuse_if_read_only("restart a servo")
         with self.watcher.undisturbed():
             faulty = self.rescue.recover(self.torque)
             self.torque, self.watcher.trouble = any(self.servos.of_joints("torque_enable").values()), None
@@ -156,6 +160,8 @@ class Driver:
             try:
                 reading = self.monitor.look()
             except PortLost as error:
+                if not self.torque:
+                    raise
                 raise port_lost(error) from error
             if self.monitor.alert:
                 self._fault()

@@ -26,12 +26,16 @@ from omx.errors import (
     OutOfBounds,
     PortBusy,
     PortError,
+    ReadOnly,
     Stalled,
     Stopped,
     TooFast,
     TooHeavy,
+    TorqueOff,
 )
+from omx.hardware.dynamixel import packet as pk
 from omx.hardware.dynamixel.bus import Bus
+from omx.hardware.dynamixel.registers import REGISTERS
 from omx.hardware.fault_table import CONDITIONS
 from omx.hardware.robot import Robot, discovery, modes
 from omx.hardware.robot.gate import way_to_rest
@@ -674,6 +678,71 @@ def test_a_program_that_ends_leaves_the_arm_holding_and_says_so_and_the_next_one
         time.sleep(0.5)
         assert robot.get_joints_readings()[0][0] == pytest.approx(here, abs=0.3)
         robot.close()
+
+
+# ---- an arm that is only read, as in a browser ----
+
+
+def only_read(arm):
+    """A port to `arm` over which nothing but questions may go."""
+    port = VirtualPort(arm, clock=SteppedClock())
+    port.read_only = True
+    return port
+
+
+def tables(arm):
+    """What is in the registers of all servos that only a packet changes, and where the joints are."""
+    rows = [row.name for row in REGISTERS.values() if row.writable]
+    return [[servo.table[name] for name in rows] for servo in arm.servos], arm.q
+
+
+def test_to_an_arm_that_is_only_read_nothing_but_questions_goes_out(tmp_path):
+    arm = VirtualArm(q=omx.HOME)
+    before = tables(arm)
+    robot = Robot(only_read(arm))
+    home, log = np.degrees(omx.HOME), tmp_path / "log.csv"
+    path = joint_move(omx.HOME, REST, 3.0)
+    for act in (
+        lambda: robot.write_motor_state(True), lambda: robot.write_motor_state(False), robot.relax, robot.recover,
+        lambda: robot.driver.carry(100.0) or robot.write_motor_state(True), lambda: omx.RobotPanel(robot),
+    ):  # fmt: skip
+        with pytest.raises(ReadOnly, match="only read in a browser"):
+            act()
+    for act in (
+        lambda: robot.write_joints(home), lambda: robot.move_to(home), lambda: robot.follow(path), robot.grip,
+        lambda: robot.write_gripper(True), lambda: robot.teach(0.1, log), lambda: robot.replay(robot.log(0.1, log)),
+        lambda: robot.write_mode("velocity") or robot.write_velocities([1, 0, 0, 0]),
+        lambda: robot.write_mode("current") or robot.write_currents([1, 0, 0, 0]),
+        lambda: robot.write_mode("position") or robot.follow_leader(lambda: home, 0.1),
+    ):  # fmt: skip
+        with pytest.raises(TorqueOff):
+            act()
+    for act in (robot.hold, robot.stop, robot.resume, robot.park):
+        act()
+    robot.clock.sleep(2000.0)  # nobody parks it either
+    assert robot.q == pytest.approx(omx.HOME, abs=0.002)
+    bus = robot.bus
+    for instruction in set(pk.Instruction) - pk.QUESTIONS:
+        with pytest.raises(ReadOnly):
+            bus._ask(11, instruction, b"", [], "do something else")
+    robot.close()
+    sent = {pk.Reader().feed(transaction.sent)[0].instruction for transaction in bus.history}
+    assert sent <= pk.QUESTIONS
+    assert len(sent) > 1
+    assert tables(arm) == before
+
+
+def test_an_arm_that_is_only_read_and_has_its_motors_on_is_refused_by_name():
+    arm = VirtualArm()
+    left = on(arm)
+    left.write_time(5.0)
+    left.write_joints([30, 0, 0, 0])
+    left.bus.close()
+    before = tables(arm)[0]
+    with pytest.raises(ReadOnly, match="its motors, which another program has left on"):
+        Robot(only_read(arm))
+    assert tables(arm)[0] == before
+    assert arm.q[0] < 0.1  # in stepped time it has hardly gone on
 
 
 # ---- the page ----
