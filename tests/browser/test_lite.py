@@ -240,6 +240,7 @@ print(json.dumps([said, len(js.stand.asked), robot.bus.is_open]))""",
         assert (sent, is_open) == (opening + 2, False)
         assert python(tab, "from omx.hardware.log import read_log; print(len(read_log('cut-off.csv')))").strip() == "2"
         assert tab.outside == []
+        assert tab.complaints == []
 
 
 # ---- what cannot be had ------------------------------------------------------------------------------------------
