@@ -62,7 +62,7 @@ def joint_velocity(q, velocity, damping: float = 0.0, geometry: Geometry = COURS
         geometry: the arm's lengths.
     """
     velocity = as_rows(velocity, "velocity", 4, "x, y, z in mm/s and pitch in rad/s")
-    damping = as_number(damping, "damping", "0 mm or more", low=0.0)
+    damping = as_number(damping, "damping", "0 to 1e100 mm", low=0.0, high=1e100)
     J = task_jacobian(q, geometry) * _WEIGHTS[:, None]
     _one_for_each(J.shape[:-2], "q", velocity.shape[:-1], "velocity")
     return _damped(J, velocity * _WEIGHTS, damping)
@@ -96,7 +96,7 @@ def iterate(
         geometry: the arm.
     """
     arm = as_arm(geometry)
-    damping = as_number(damping, "damping", "0 mm or more", low=0.0)
+    damping = as_number(damping, "damping", "0 to 1e100 mm", low=0.0, high=1e100)
     steps, tolerance = as_count(steps, "steps", 0), as_number(tolerance, "tolerance", "0 mm or more", low=0.0)
     task = _chain_task(pose, arm) if isinstance(arm, Chain) else _pose_task(pose, arm)
     joints = len(arm) if isinstance(arm, Chain) else 4

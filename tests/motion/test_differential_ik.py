@@ -116,7 +116,10 @@ def test_mistakes_are_named():
             iterate((200, 0, 150, 0), start)
     with pytest.raises(BadInput, match="`steps` must be a whole number"):
         iterate((200, 0, 150, 0), omx.HOME, steps=-1)
-    with pytest.raises(BadInput, match="damping"):
-        joint_velocity(omx.HOME, [1, 0, 0, 0], -1.0)
+    for damping in (-1.0, 1e200):  # the square of the second is beyond all numbers
+        with pytest.raises(BadInput, match="`damping` must be 0 to 1e100 mm"):
+            joint_velocity(omx.HOME, [1, 0, 0, 0], damping)
+        with pytest.raises(BadInput, match="`damping` must be 0 to 1e100 mm"):
+            iterate((200, 0, 150, 0), omx.HOME, damping)
     with pytest.raises(BadInput, match="velocity"):
         joint_velocity(omx.HOME, [1, 0, 0])
