@@ -41,7 +41,8 @@ class TeachPanel(ipywidgets.VBox):
             raise BadInput("`TeachPanel` needs threads, which a browser's Python has not: use `robot.teach`.")
         self.robot, self.leader, self.path = robot, leader, path
         self.panel = RobotPanel(robot, view, watch=watch)
-        self._silent_at, self._watch = 0.0, watch
+        self._silent_at, self._beat_at, self._watch = 0.0, 0.0, watch
+        self._ended = False  # what one press began is over, and nothing begins again before the next
         self._running = threading.Lock()
         self.teach_button = self._button("Hold to teach", self._teach)
         self.replay_button = self._button("Hold to replay", self._replay)
@@ -78,8 +79,10 @@ class TeachPanel(ipywidgets.VBox):
 
     def _beat(self, button: HoldButton, action) -> None:
         """One beat of the page: begin, go on, or end."""
-        self._silent_at = self.robot.clock.now() + SILENCE_S if button.held else 0.0
-        if button.held and not self._running.locked():
+        now = self.robot.clock.now()
+        self._ended = self._ended and button.held and now - self._beat_at < SILENCE_S
+        self._beat_at, self._silent_at = now, now + SILENCE_S if button.held else 0.0
+        if button.held and not self._ended and not self._running.locked():
             if self._watch:
                 threading.Thread(target=self._run, args=[action], name="omx teach panel", daemon=True).start()
             else:
@@ -97,7 +100,7 @@ class TeachPanel(ipywidgets.VBox):
             self.panel.joints.q = clipped(self.robot.q, self.robot.driver.guard.soft_limits)
             self.panel._say("The arm holds.")
         finally:
-            self._silent_at = 0.0
+            self._silent_at, self._ended = 0.0, True
 
     def _check_held(self, *_) -> None:
         if self.robot.clock.now() > self._silent_at:

@@ -77,8 +77,9 @@ def balance(driver: Driver, joints=(1, 2, 3, 4)) -> Reading:
 
 def _push(driver: Driver, reading: Reading, milliamps: dict[int, float]) -> tuple[float, ...]:
     if wrong := driver.push.forecast(reading, milliamps, driver.guard):
+        ends = wrong if driver.push else wrong.reason
         driver.halt()  # what it was told before ends, too
-        raise wrong.reason
+        raise ends
     if driver.push and driver.push.joints != set(milliamps):
         driver.stand()
     try:
