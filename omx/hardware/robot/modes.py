@@ -43,14 +43,15 @@ def velocities(driver: Driver, speeds) -> tuple[float, ...]:
         most = math.degrees(guard.speed_cap)
         raise BadInput(f"`velocities` may be at most {most:.0f} deg/s; got {math.degrees(fastest):.0f}.")
     speeds = tuple(units.VELOCITY.value(units.VELOCITY.raw(v)) for v in asked)
-    reading = driver.watch()
-    if driver.brake.holding or not driver.brake.moving:
-        driver.check_settings()
-    if fastest > SLOW and gate.outside(guard, reading.q):
-        raise TooFast("an arm outside its limits", fastest, SLOW, UNREPEATED_S * fastest / SLOW)
-    goal = tuple(a + v * UNREPEATED_S for a, v in zip(reading.aim, speeds, strict=True))
-    guard.check(goal, reading.q)
-    driver.send(guard.check(goal, reading.aim), UNREPEATED_S, ramp=0.0, confirmed=False)
+    with driver.commanding:
+        reading = driver.watch()
+        if driver.brake.holding or not driver.brake.moving:
+            driver.check_settings()
+        if fastest > SLOW and gate.outside(guard, reading.q):
+            raise TooFast("an arm outside its limits", fastest, SLOW, UNREPEATED_S * fastest / SLOW)
+        goal = tuple(a + v * UNREPEATED_S for a, v in zip(reading.aim, speeds, strict=True))
+        guard.check(goal, reading.q)
+        driver.send(guard.check(goal, reading.aim), UNREPEATED_S, ramp=0.0, confirmed=False)
     return speeds
 
 
