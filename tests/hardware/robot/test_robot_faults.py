@@ -574,7 +574,7 @@ def test_a_stop_between_the_check_and_the_goal_wins(robot, monkeypatch):
 @pytest.mark.parametrize("other", ["write_joints", "velocities"])
 def test_a_second_thread_cannot_get_between_the_check_and_the_goal(robot, monkeypatch, other):
     """A goal that is sent in mid-motion would leave the line that was checked: two cells, or a cell and a panel."""
-    sent, speeds = robot.driver.servos.send, []
+    sent, speeds = robot.driver.send, []
     if other == "velocities":
         robot.write_mode("velocity")
         second = threading.Thread(target=lambda: robot.write_velocities([-20, 0, 0, 0]))
@@ -585,10 +585,11 @@ def test_a_second_thread_cannot_get_between_the_check_and_the_goal(robot, monkey
         if not second.ident:
             second.start()
             second.join(0.5)
+            robot.clock.sleep(0.3)
         speeds.append(max(map(abs, robot.driver.monitor.look().aim_speed)))
-        sent(*motion, **more)
+        return sent(*motion, **more)
 
-    monkeypatch.setattr(robot.driver.servos, "send", disturbed)
+    monkeypatch.setattr(robot.driver, "send", disturbed)
     if other == "velocities":
         robot.write_velocities([20, 0, 0, 0])
         second.join()
