@@ -31,6 +31,7 @@ def panel(robot, tmp_path):
 def hold(panel, button, seconds, release=True):
     """Hold `button`, as its page would tell; without `release` the page dies then."""
     clock, beats = panel.robot.clock, round(seconds / BEAT_S)
+    button.press += 1
 
     def beat(held):
         button.held = held
@@ -141,6 +142,7 @@ def test_with_threads_a_beat_returns_at_once_and_the_arm_holds_when_no_more_come
     robot.write_motor_state(True)
     panel = TeachPanel(robot, leader=lambda: [40, -60, 20, 40], path=tmp_path / "taught.csv")
     panel.follow_button.held = True
+    panel.follow_button.press += 1
     panel.follow_button.beat += 1
     while panel._silent_at:
         robot.clock.sleep(0.1)

@@ -593,7 +593,8 @@ def test_a_second_thread_cannot_get_between_the_check_and_the_goal(robot, monkey
     if other == "velocities":
         robot.write_velocities([20, 0, 0, 0])
         second.join()
-        assert len(speeds) == 2 and robot.driver.monitor.look().aim_speed[0] < 0, "one after the other"
+        assert len(speeds) == 2
+        assert robot.driver.monitor.look().aim_speed[0] < 0, "one after the other"
     else:
         robot.write_joints(TARGET)
         second.join()
