@@ -379,8 +379,11 @@ class OutOfBounds(OmxError):
     """An arm that is pushed, in current mode, came too near a limit or the table; it holds, in position mode."""
 
     def __init__(self, reason: OmxError):
-        self.reason = reason
-        super().__init__(f"the push ended, and the arm holds in position mode: {reason}")
+        self.reason, why = reason, str(reason)
+        if isinstance(reason, TooFast):  # nobody asked for a speed: a hand leads the arm, or its weight does
+            speed, cap = math.degrees(reason.speed), math.degrees(reason.cap)
+            why = f"{reason.joint} turned at {speed:.0f} deg/s, and the cap is {cap:.0f} deg/s."
+        super().__init__(f"the push ended, and the arm holds in position mode: {why}")
 
 
 class ObjectLost(OmxError):

@@ -14,6 +14,14 @@ try:
 except Stopped as reason:
     print(reason)
 """
+TEACH = """
+from omx import Robot
+from omx.display.panels import TeachPanel
+robot = Robot()
+robot.write_motor_state(True)
+panel = TeachPanel(robot, path="taught-in-the-browser.csv")
+panel
+"""
 
 
 class Desk:
@@ -31,8 +39,11 @@ class Desk:
 
     def angle(self):
         """q1 of the arm itself, not of the panel (deg)."""
-        code = "import math\nprint(math.degrees(robot.arm.q[0]))"
-        return float(run_in_kernel(self.lab, self.notebook.kernel["id"], code))
+        return float(self.run("import math\nprint(math.degrees(robot.arm.q[0]))"))
+
+    def run(self, code):
+        """What the kernel prints."""
+        return run_in_kernel(self.lab, self.notebook.kernel["id"], code)
 
     def ghost_to_the_left(self):
         handle = self.panel.locator(".noUi-handle").first
@@ -44,6 +55,29 @@ class Desk:
     def pointer_on(self, name):
         box = self.button(name).bounding_box()
         self.page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+
+    def hold_until(self, name, condition):
+        """Press and hold; where a busy computer made the page fall silent, press again, as a reader does."""
+        self.pointer_on(name)
+
+        def press():
+            self.page.mouse.down()
+            self.page.wait_for_timeout(500)  # until what it says is news
+
+        def seen():
+            if condition():
+                return True
+            if "holds" in self.says():
+                self.page.mouse.up()
+                press()
+            return False
+
+        press()
+        assert self.notebook.until(seen)
+
+    def let_go(self):
+        self.page.mouse.up()
+        assert self.notebook.until(lambda: "holds" in self.says())
 
 
 @pytest.fixture
@@ -104,4 +138,37 @@ def test_stop_works_while_a_cell_runs(lab, open_page, notebook):
     assert "Stopped" in desk.says()
     assert "stop" in "".join(page.save()[1]["outputs"][0]["text"])
     assert desk.angle() == pytest.approx(stopped, abs=0.5)
+    assert not page.errors
+
+
+def test_an_arm_is_taught_by_hand_replayed_and_relaxed_and_each_only_while_its_button_is_held(lab, open_page, notebook):
+    page = open_page(notebook(TEACH))
+    page.run_all()
+    desk = Desk(lab, page)
+    desk.hold_until("Hold to teach", lambda: "Lead the arm" in desk.says())
+    desk.run("robot.arm.push(0.4)")
+    assert page.until(lambda: desk.angle() > 10)
+    desk.run("robot.arm.push()")
+    desk.let_go()
+    led = desk.angle()
+    page.settle()
+    assert desk.angle() == pytest.approx(led, abs=1), "it stays where it was left"
+    desk.run("robot.move_to([-20, -60, 20, 40])")
+    desk.hold_until("Hold to replay", lambda: desk.angle() > -17)
+    desk.let_go()
+    between = desk.angle()
+    page.settle()
+    assert desk.angle() == pytest.approx(between, abs=1)
+    assert between < led - 2, "it had not arrived when the button was let go"
+    desk.hold_until("Hold to replay", lambda: "Replayed" in desk.says())
+    page.page.wait_for_timeout(1000)
+    assert desk.angle() == pytest.approx(led, abs=2), "the button is still held, and it does not begin again"
+    desk.page.mouse.up()
+    desk.hold_until("Hold to relax", lambda: "SUPPORT THE ARM" in desk.says())
+    desk.page.mouse.up()
+    page.page.wait_for_timeout(2500)
+    assert desk.run("print(robot.driver.torque)") == "True\n", "a press is not enough"
+    desk.hold_until("Hold to relax", lambda: "Relaxed" in desk.says())
+    desk.page.mouse.up()
+    assert desk.run("print(robot.driver.torque)") == "False\n"
     assert not page.errors

@@ -31,6 +31,7 @@ def panel(robot, tmp_path):
 def hold(panel, button, seconds, release=True):
     """Hold `button`, as its page would tell; without `release` the page dies then."""
     clock, beats = panel.robot.clock, round(seconds / BEAT_S)
+    button.press += 1
 
     def beat(held):
         button.held = held
@@ -82,6 +83,33 @@ def test_a_replay_ends_in_the_middle_with_its_button(panel, release):
     assert "holds" in panel.panel.message.value
 
 
+def test_one_press_is_one_replay_however_long_it_is_held(panel):
+    hold(panel, panel.teach_button, 0.5)
+    panel.robot.move_to([20, -60, 20, 40])
+    hold(panel, panel.replay_button, 20.0)
+    panel.robot.clock.sleep(1.0)
+    sent = len(panel.robot.bus.history)
+    panel.robot.bus.history.clear()
+    panel.robot.clock.sleep(5.0)  # the button is held all the while
+    assert sent > 100 > len(panel.robot.bus.history)
+    assert "Replayed" in panel.panel.message.value
+    panel.robot.clock.sleep(20.0)
+    hold(panel, panel.replay_button, 5.0)
+    assert len(panel.robot.bus.history) > 100, "the next press does it again"
+
+
+def test_a_hand_that_leads_too_far_is_told_and_the_teaching_does_not_begin_again_by_itself(panel):
+    arm = panel.robot.arm
+    arm.push(0.0, 0.9)
+    hold(panel, panel.teach_button, 20.0)
+    arm.push()
+    said = panel.panel.message.value
+    assert "the arm holds in position mode: q2 turned at" in said
+    panel.robot.clock.sleep(2.0)  # the button is still held
+    assert panel.panel.message.value == said
+    assert not panel.robot.driver.push
+
+
 def test_a_leader_is_followed_while_the_button_is_held(panel):
     hold(panel, panel.follow_button, 0.5)
     between = where(panel)
@@ -114,6 +142,7 @@ def test_with_threads_a_beat_returns_at_once_and_the_arm_holds_when_no_more_come
     robot.write_motor_state(True)
     panel = TeachPanel(robot, leader=lambda: [40, -60, 20, 40], path=tmp_path / "taught.csv")
     panel.follow_button.held = True
+    panel.follow_button.press += 1
     panel.follow_button.beat += 1
     while panel._silent_at:
         robot.clock.sleep(0.1)

@@ -216,7 +216,7 @@ class Sweep(Trial):
 def drive(robot: Robot) -> None:
     """A little of everything, begun near the rest pose; it leaves the arm in mid-move."""
     robot.write_motor_state(True)
-    robot.move_to(np.add(np.degrees(START), [8, 4, -4, 4]), 0.5)
+    robot.move_to(np.degrees(START) + np.array([8, 4, -4, 4]), 0.5)
     robot.arm.grip(30.0, 50.0)
     robot.grip(payload_g=50.0)
     aim = np.array(robot.driver.read().aim)
@@ -235,12 +235,12 @@ def drive(robot: Robot) -> None:
     robot.get_joints_readings()
     robot.release()
     robot.write_time(1.0)
-    robot.write_joints(np.add(np.degrees(START), [-15, 4, 4, 4]))
+    robot.write_joints(np.degrees(START) + np.array([-15, 4, 4, 4]))
     robot.clock.sleep(0.3)
 
 
 def packets() -> list[int]:
-    """The packets of the programme, each place in the code (with all that called it) twice: first and last time.
+    """The packets of the programme, of each place in the code (with all that called it) the first and the last.
 
     What happens in between is the same question again, most of it while a loop waits for the arm.
     """

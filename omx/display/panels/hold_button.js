@@ -1,4 +1,5 @@
-// A button that counts `beat` up, ten times a second, while it is held down by pointer, space bar or enter key.
+// A button that counts `press` up when it is pressed by pointer, space bar or enter key, and `beat`, ten times a second,
+// while it is held down.
 function render({ model, el }) {
   const button = document.createElement("button");
   button.className = "jupyter-widgets jupyter-button widget-button" + (model.get("plain") ? "" : " mod-primary");
@@ -9,7 +10,8 @@ function render({ model, el }) {
     model.set({ held, beat: model.get("beat") + 1 });
     model.save_changes();
   };
-  const start = () => { if (timer === null) { send(true); timer = setInterval(() => send(true), 100); } };
+  const press = () => { model.set("press", model.get("press") + 1); send(true); };
+  const start = () => { if (timer === null) { press(); timer = setInterval(() => send(true), 100); } };
   const end = () => { if (timer !== null) { clearInterval(timer); timer = null; send(false); } };
   const key = (event) => event.key === " " || event.key === "Enter";
   button.addEventListener("pointerdown", (event) => { button.setPointerCapture(event.pointerId); start(); });

@@ -43,12 +43,13 @@ _panels = weakref.WeakSet()
 
 
 class HoldButton(anywidget.AnyWidget):
-    """A button that counts `beat` up while it is held down, by mouse, finger, space bar or enter key."""
+    """A button that counts `press` up when pressed, by mouse, finger, space bar or enter key, and `beat` while held."""
 
     _esm = Path(__file__).with_name("hold_button.js").read_text(encoding="utf-8")
 
     label = traitlets.Unicode("Hold to move").tag(sync=True)
     plain = traitlets.Bool(False).tag(sync=True)
+    press = traitlets.Int(0).tag(sync=True)
     beat = traitlets.Int(0).tag(sync=True)
     held = traitlets.Bool(False).tag(sync=True)
 

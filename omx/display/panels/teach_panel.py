@@ -42,6 +42,7 @@ class TeachPanel(ipywidgets.VBox):
         self.robot, self.leader, self.path = robot, leader, path
         self.panel = RobotPanel(robot, view, watch=watch)
         self._silent_at, self._watch = 0.0, watch
+        self._begun = None, 0  # by which press of which button: one press begins one thing, however long it is held
         self._running = threading.Lock()
         self.teach_button = self._button("Hold to teach", self._teach)
         self.replay_button = self._button("Hold to replay", self._replay)
@@ -79,7 +80,8 @@ class TeachPanel(ipywidgets.VBox):
     def _beat(self, button: HoldButton, action) -> None:
         """One beat of the page: begin, go on, or end."""
         self._silent_at = self.robot.clock.now() + SILENCE_S if button.held else 0.0
-        if button.held and not self._running.locked():
+        if button.held and self._begun != (button, button.press) and not self._running.locked():
+            self._begun = button, button.press
             if self._watch:
                 threading.Thread(target=self._run, args=[action], name="omx teach panel", daemon=True).start()
             else:
@@ -113,6 +115,7 @@ class TeachPanel(ipywidgets.VBox):
         motion = teaching.trajectory(read_log(self.path), self.speed.value)
         teaching.check_speed(self.robot.driver, motion, self.speed.value)
         here, there = self.robot.q, motion.q[0]
+        self.panel._say("Replaying.")
         seconds = 2.0 * self.robot.driver.guard.seconds(here, there) + 0.5
         for part in (joint_move(here, there, seconds), motion):
             self.robot.follow(part, REPLAY_RATE, each=self._check_held)
@@ -123,4 +126,5 @@ class TeachPanel(ipywidgets.VBox):
             self._check_held()
             return self.leader() if callable(self.leader) else self.leader.get_joints_readings()[0]
 
+        self.panel._say("Following.")
         self.robot.follow_leader(where, LONGEST_S, LEAD_RATE)

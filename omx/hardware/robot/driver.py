@@ -7,6 +7,7 @@ thread waits for a motion to end. Whatever sends a goal passes `send`, the last 
 import contextlib
 import logging
 import math
+import threading
 from dataclasses import replace
 
 from ...arm import (
@@ -72,6 +73,7 @@ class Driver:
         self.push = Pushing(self.servos, self.monitor, self.brake)
         self.rescue = Rescue(self.servos, [servo for servo in ARM_IDS if servo in self.condition.servos])
         self.streamed: tuple[float, ...] | None = None  # the last point of a stream
+        self.commanding = threading.RLock()  # from the look at the arm to the goal: two threads must not mix theirs
         self.mode = "position"
         self.torque = any(self.condition.registers[servo]["torque_enable"] for servo in JOINT_IDS)
         self.watcher = Watch(self, idle_s)
@@ -297,17 +299,18 @@ class Driver:
         return self._move(q, seconds, self.guard.speed_cap)
 
     def _move(self, q, seconds: float | None, cap: float) -> tuple[tuple[float, ...], float]:
-        present = self.watch().q
-        goal = self.guard.check(q, present)
-        asked = gate.seconds(self.guard, present, goal, seconds, cap)
-        self.check_settings()
-        start = self.come_to_rest()
-        goal = self.guard.check(goal, start)
-        took = max(asked, gate.seconds(self.guard, start, goal, None, cap))
-        if seconds is not None and took > seconds and (outside := gate.outside(self.guard, start)):
-            joints = ", ".join(map(str, outside))
-            _log.warning("%s: the way back in takes %.1f s instead of %.1f s.", joints, took, seconds)
-        return self.send(goal, took, RAMP), took
+        with self.commanding:
+            present = self.watch().q
+            goal = self.guard.check(q, present)
+            asked = gate.seconds(self.guard, present, goal, seconds, cap)
+            self.check_settings()
+            start = self.come_to_rest()
+            goal = self.guard.check(goal, start)
+            took = max(asked, gate.seconds(self.guard, start, goal, None, cap))
+            if seconds is not None and took > seconds and (outside := gate.outside(self.guard, start)):
+                joints = ", ".join(map(str, outside))
+                _log.warning("%s: the way back in takes %.1f s instead of %.1f s.", joints, took, seconds)
+            return self.send(goal, took, RAMP), took
 
     def come_to_rest(self) -> tuple[float, ...]:
         """Where the joints' set-points stand (rad), once they do: a servo takes its old speed into a new motion."""
@@ -353,16 +356,17 @@ class Driver:
         that is longer than the speed cap allows is refused; one that has to catch up takes its time.
         """
         self.ready("position")
-        reading = self.watch()
-        goal = self.guard.check(q, reading.q)
-        if self.streamed is None or not self.brake.moving:
-            self.check_settings()
-            self.streamed = None
-        self.guard.check(goal, reading.aim)
-        took = gate.step_seconds(self.guard, reading, self.streamed, goal, seconds)
-        self.send(goal, took, ramp=0.0, confirmed=False)
-        self.streamed = goal
-        return reading
+        with self.commanding:
+            reading = self.watch()
+            goal = self.guard.check(q, reading.q)
+            if self.streamed is None or not self.brake.moving:
+                self.check_settings()
+                self.streamed = None
+            self.guard.check(goal, reading.aim)
+            took = gate.step_seconds(self.guard, reading, self.streamed, goal, seconds)
+            self.send(goal, took, ramp=0.0, confirmed=False)
+            self.streamed = goal
+            return reading
 
     def wait(self, patience_s: float = 1.0) -> Reading:
         """Wait until the motion has ended, watching the arm; returns the last reading.

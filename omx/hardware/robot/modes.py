@@ -43,14 +43,15 @@ def velocities(driver: Driver, speeds) -> tuple[float, ...]:
         most = math.degrees(guard.speed_cap)
         raise BadInput(f"`velocities` may be at most {most:.0f} deg/s; got {math.degrees(fastest):.0f}.")
     speeds = tuple(units.VELOCITY.value(units.VELOCITY.raw(v)) for v in asked)
-    reading = driver.watch()
-    if driver.brake.holding or not driver.brake.moving:
-        driver.check_settings()
-    if fastest > SLOW and gate.outside(guard, reading.q):
-        raise TooFast("an arm outside its limits", fastest, SLOW, UNREPEATED_S * fastest / SLOW)
-    goal = tuple(a + v * UNREPEATED_S for a, v in zip(reading.aim, speeds, strict=True))
-    guard.check(goal, reading.q)
-    driver.send(guard.check(goal, reading.aim), UNREPEATED_S, ramp=0.0, confirmed=False)
+    with driver.commanding:
+        reading = driver.watch()
+        if driver.brake.holding or not driver.brake.moving:
+            driver.check_settings()
+        if fastest > SLOW and gate.outside(guard, reading.q):
+            raise TooFast("an arm outside its limits", fastest, SLOW, UNREPEATED_S * fastest / SLOW)
+        goal = tuple(a + v * UNREPEATED_S for a, v in zip(reading.aim, speeds, strict=True))
+        guard.check(goal, reading.q)
+        driver.send(guard.check(goal, reading.aim), UNREPEATED_S, ramp=0.0, confirmed=False)
     return speeds
 
 
@@ -77,8 +78,9 @@ def balance(driver: Driver, joints=(1, 2, 3, 4)) -> Reading:
 
 def _push(driver: Driver, reading: Reading, milliamps: dict[int, float]) -> tuple[float, ...]:
     if wrong := driver.push.forecast(reading, milliamps, driver.guard):
+        ends = wrong if driver.push else wrong.reason
         driver.halt()  # what it was told before ends, too
-        raise wrong.reason
+        raise ends
     if driver.push and driver.push.joints != set(milliamps):
         driver.stand()
     try:

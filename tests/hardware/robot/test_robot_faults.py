@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 import textwrap
+import threading
 import time
 
 import numpy as np
@@ -568,6 +569,36 @@ def test_a_stop_between_the_check_and_the_goal_wins(robot, monkeypatch):
     assert stands(robot)
     with pytest.raises(Stopped):
         robot.write_joints(TARGET)
+
+
+@pytest.mark.parametrize("other", ["write_joints", "velocities"])
+def test_a_second_thread_cannot_get_between_the_check_and_the_goal(robot, monkeypatch, other):
+    """A goal that is sent in mid-motion would leave the line that was checked: two cells, or a cell and a panel."""
+    sent, speeds = robot.driver.send, []
+    if other == "velocities":
+        robot.write_mode("velocity")
+        second = threading.Thread(target=lambda: robot.write_velocities([-20, 0, 0, 0]))
+    else:
+        second = threading.Thread(target=lambda: robot.write_joints([-60, -60, 20, 40]))
+
+    def disturbed(*motion, **more):
+        if not second.ident:
+            second.start()
+            second.join(0.5)
+            robot.clock.sleep(0.3)
+        speeds.append(max(map(abs, robot.driver.monitor.look().aim_speed)))
+        return sent(*motion, **more)
+
+    monkeypatch.setattr(robot.driver, "send", disturbed)
+    if other == "velocities":
+        robot.write_velocities([20, 0, 0, 0])
+        second.join()
+        assert len(speeds) == 2
+        assert robot.driver.monitor.look().aim_speed[0] < 0, "one after the other"
+    else:
+        robot.write_joints(TARGET)
+        second.join()
+        assert speeds == [0.0, 0.0]
 
 
 @pytest.mark.parametrize("again", ["hold", "stop"])
