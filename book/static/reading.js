@@ -4,7 +4,7 @@
   // WebGL prints as an empty box: the picture that was drawn with the page stands in for it.
   for (const box of document.querySelectorAll(".omx-scene[data-poster]")) {
     const picture = document.createElement("img");
-    Object.assign(picture, { className: "omx-print", alt: "", src: `data:image/png;base64,${box.dataset.poster}` });
+    Object.assign(picture, { className: "omx-print", alt: "", src: `data:image/webp;base64,${box.dataset.poster}` });
     box.after(picture);
   }
   // Paper is white, whatever the theme.

@@ -19,7 +19,7 @@ from PIL import Image, ImageDraw, ImageFilter, ImageFont
 #: Drawn this many times larger, then made smaller: smooth edges.
 FINE = 2
 WIDTH = 760
-COLOURS = 128
+QUALITY = 80
 #: So many pixels are looked at together.
 AT_ONCE = 1_000_000
 #: Directions (3,) and strengths of the two lamps, and what comes from everywhere; as `environment.set_light` has them.
@@ -104,7 +104,7 @@ class Sheet:
 
 
 def poster(log: dict, height: int, width: int = WIDTH) -> bytes:
-    """The scene of a channel's `log` as a PNG, `width` x `height` pixels, light whatever the page's theme."""
+    """The scene of a channel's `log` as a WebP picture, `width` x `height` pixels, light whatever the page's theme."""
     lens, sheet = Lens(log, FINE * width, FINE * height), Sheet(FINE * width, FINE * height)
     parts = sorted(_parts(log), key=lambda part: part.about.get("renderOrder", 0))
     meshes = [part for part in parts if part.about["type"] == "Mesh"]
@@ -123,7 +123,7 @@ def poster(log: dict, height: int, width: int = WIDTH) -> bytes:
     for part in (part for part in parts if part.about["type"] == "Sprite"):
         _write(picture, small, part)
     out = io.BytesIO()
-    picture.quantize(COLOURS, dither=Image.Dither.NONE).save(out, "png", optimize=True)
+    picture.save(out, "webp", quality=QUALITY, method=6)
     return out.getvalue()
 
 
