@@ -9,12 +9,14 @@ compared after it. What this process may not do is refused by an audit hook, whi
 import ast
 import builtins
 import contextlib
+import functools
 import importlib
 import io
 import json
 import os
 import sys
 import types
+from json.encoder import encode_basestring_ascii
 
 LONG = 300
 #: Audit events that no answer needs: other processes, other people's frames and objects, code in disguise.
@@ -27,6 +29,11 @@ REFUSED = (
 PATHS = ("open", "os.listdir", "os.scandir", "os.chdir", "os.rename", "os.remove", "os.link", "os.symlink",
          "os.truncate", "os.mkdir", "os.rmdir", "shutil.copyfile", "shutil.copytree", "shutil.move")  # fmt: skip
 HIDDEN_ATTRIBUTES = ("tb_frame", "gi_frame", "cr_frame", "ag_frame", "__code__", "f_locals", "f_globals")
+FIXED_ATTRIBUTES = ("__defaults__", "__kwdefaults__")
+#: Where all that checks, and this file, rely on lies.
+RELIED_ON = {"omx", "numpy", "sympy", "mpmath", *sys.stdlib_module_names}
+#: Attributes of a class that Python itself sets.
+PYTHONS_OWN = {"__dict__", "__weakref__", "__abstractmethods__", "__subclasshook__", "__init_subclass__"}
 
 
 class Refusal(PermissionError):
@@ -45,11 +52,21 @@ def main():
 
 
 def reporter(path, nonce):
-    """A function that adds a line to the results, known to the grader alone; nobody else may open that file."""
-    results = os.open(path, os.O_WRONLY | os.O_APPEND)
+    """A function that adds a line to the results, known to the grader alone; nobody else may open that file.
+
+    It uses nothing that an answer could replace: no name of a module, and no built-in that it has not kept.
+    """
+    results, write, quoted, kind = os.open(path, os.O_WRONLY | os.O_APPEND), os.write, encode_basestring_ascii, type
+    text, yes, no = str, True, False
 
     def say(**what):
-        os.write(results, json.dumps({"nonce": nonce, **what}).encode() + b"\n")
+        line = f'{{"nonce": "{nonce}"'
+        for name, value in what.items():
+            shown = (
+                "true" if value is yes else "false" if value is no else f"{value:d}" if kind(value) is not text else ""
+            )
+            line += f', "{name}": {shown or quoted(value)}'
+        write(results, (line + "}\n").encode())
 
     return say
 
@@ -64,6 +81,7 @@ def limit_memory(bytes_at_most=8 * 2**30):
 def grade(job, say):
     tried = []
     fresh, before = the_chapter(job["chapter"], say)
+    load_what_is_named(job["student"])
     keeper = Keeper()
     watch(job["forbidden"], tried)
     answers = the_student(job, fresh, keeper, say)
@@ -116,19 +134,34 @@ def run(source, names, filename):
     exec(compile(tree, filename, "exec"), names)
 
 
+def load_what_is_named(cells):
+    """Import what the student's cells import of `omx`, NumPy and SymPy, so that it counts as ours."""
+    for cell in cells:
+        with contextlib.suppress(SyntaxError, ValueError):
+            for node in ast.walk(ast.parse(cell["source"])):
+                found = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+                if isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                    found = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+                for name in found:
+                    if name.split(".")[0] in ("omx", "numpy", "sympy"):
+                        with contextlib.suppress(Exception):
+                            importlib.import_module(name)
+
+
 # ---- the student's cells --------------------------------------------------------------------------------------
 
 
 def the_student(job, fresh, keeper, say):
     """{name: value} of the answers, each as it was when its check was reached. Cells in `skip` are left out."""
-    names, answers = namespace("student"), {}
+    names, answers, copies = namespace("student"), {}, {}
     given = {cell["id"]: cell["source"] for cell in job["chapter"] if cell["role"] == "given"}
     wanted = {exercise["check"]: exercise["answers"] for exercise in job["exercises"]}
     for cell in job["student"]:
         if cell["id"] in wanted:
             answers.update(taken(names, wanted.pop(cell["id"])))
         elif given.get(cell["id"]) == cell["source"]:
-            names.update(fresh[cell["id"]])  # the chapter's own cell, which has run already
+            for name, value in fresh[cell["id"]].items():  # the chapter's own cell, which has run already
+                names[name] = copied(value, copies)
         elif cell["id"] not in job["skip"]:
             say(at=cell["id"], of="student")
             stopped = None
@@ -145,6 +178,23 @@ def the_student(job, fresh, keeper, say):
     return answers
 
 
+def copied(value, copies):
+    """The chapter's value for a student, who may change what is in it: arrays, matrices and containers are copies."""
+    if id(value) not in copies:
+        made, kind = value, type(value)
+        if kind in (list, set):
+            made = kind(copied(v, copies) for v in value)
+        elif kind is dict:
+            made = {k: copied(v, copies) for k, v in value.items()}
+        elif kind is tuple:
+            made = tuple([copied(v, copies) for v in value])
+            made = value if all(new is old for new, old in zip(made, value, strict=True)) else made
+        elif kind.__name__ in ("ndarray", "MutableDenseMatrix"):
+            made = value.copy()
+        copies[id(value)] = value, made  # the value, too, lest another one gets its id
+    return copies[id(value)][1]
+
+
 def taken(names, wanted):
     return {name: names.get(name, ...) for name in wanted}
 
@@ -156,13 +206,15 @@ def looked_at(exercise, names, answers, keeper, tried, skip, say):
     """Run the statements of a check one by one; each that checks something is a criterion."""
     names.update(answers)
     for name in exercise["answers"]:
-        if disguised(answers[name]):
-            say(tampered=exercise["check"], said=f"{name} is an object of a class of its own, which answers for itself")
+        if keeper.is_disguised(answers[name]):
+            tried.append(f"{name} is an object of a class of its own, which answers for itself")
             names[name] = ...
+        elif isinstance(answers[name], types.FunctionType):
+            names[name] = honest(answers[name], keeper, tried)
     broken = ""
+    keeper.put_back()
     for number, (source, counts) in enumerate(exercise["statements"]):
         place = f"{exercise['check']}/{number}"
-        keeper.put_back()
         said = "it does not come to an end" if place in skip else ""
         if not said:
             say(at=place, of="check")
@@ -202,58 +254,141 @@ def told(error):
     return f"{type(error).__name__}: {' '.join(str(error).split())}"[:LONG].rstrip(": ")
 
 
-def disguised(value):
-    """Is this a value of a class that the student wrote, which may answer every comparison as it likes?"""
-    return not isinstance(value, (types.FunctionType, type)) and type(value).__module__ == "__main__"
+def honest(function, keeper, tried):
+    """The student's function; an object that would answer for itself is not passed on."""
+
+    @functools.wraps(function)
+    def called(*arguments, **named):
+        result = function(*arguments, **named)
+        if keeper.is_disguised(result):
+            tried.append(f"{function.__name__} returns an object of a class of its own, which answers for itself")
+            raise TypeError(
+                "it returns an object of a class of its own; numbers, lists, arrays or expressions are wanted"
+            )
+        return result
+
+    return called
 
 
 # ---- what must stay as it is -----------------------------------------------------------------------------------
 
 
 class Keeper:
-    """Remembers what the modules hold that checks rely on, says what was changed, and puts it back."""
+    """Remembers what the modules hold that checks rely on, says what was changed, and puts it back.
+
+    Of `omx` that is all, also the lengths in a geometry; of others what can be called, and the methods of classes.
+    """
 
     def __init__(self):
-        names = [n for n in sys.modules if n.split(".")[0] == "omx" or n in ("numpy", "numpy.linalg", "math", "sympy")]
-        kept = [(name, vars(sys.modules[name])) for name in sorted(names)] + [("builtins", vars(builtins))]
-        self._dicts = [(n, d, {k: v for k, v in d.items() if not k.startswith("__")}) for n, d in kept]
-        own = [v for _, d, _ in self._dicts for v in d.values() if str(getattr(v, "__module__", "")).startswith("omx")]
-        self._codes = {v: v.__code__ for v in own if isinstance(v, types.FunctionType)}
-        self._classes = {v: dict(vars(v)) for v in own if isinstance(v, type)}
-        self._modules = {name: sys.modules[name] for name in names}
+        self._modules = {n: m for n, m in sorted(sys.modules.items())
+                         if n.split(".")[0] in RELIED_ON and isinstance(m, types.ModuleType)}  # fmt: skip
+        self._builtins, self._absent = set(vars(builtins)), object()
+        self._dicts = [(n, vars(m), held(n, m)) for n, m in [*self._modules.items(), ("builtins", builtins)]]
+        ours = [v for n, _, was in self._dicts if n.split(".")[0] == "omx" for v in was.values()]
+        self._codes = {v: v.__code__ for v in ours if isinstance(v, types.FunctionType)}
+        things = {id(v): v for value in filter(is_a_thing, ours) for v in (value, *vars(prepared(value)).values())}
+        self._things = [(v, dict(vars(prepared(v)))) for v in things.values() if is_a_thing(v)]
+        classes = {v for _, _, was in self._dicts for v in was.values() if isinstance(v, type)}
+        self._classes = {v: methods(v) for v in classes if v.__flags__ & CHANGEABLE}
+        self._known, waiting = {object}, [object]
+        while waiting:
+            new = set(type.__subclasses__(waiting.pop())) - self._known
+            self._known |= new
+            waiting += new
+        self._modules.pop("__main__", None)
         self.found = ""
 
     def put_back(self):
         """Put back what is not as it was; what that is, in words, or ''. Builtins come first: all else needs them."""
-        self.found = self._changed()
-        self._restore()
-        return self.found
-
-    def _changed(self):
+        self.found = ""
         for module, d, was in reversed(self._dicts):
             for name, value in was.items():
-                if d.get(name, self) is not value:
-                    return f"{module}.{name} was replaced"
+                if d.get(name, self._absent) is not value:
+                    self._note(f"{module}.{name} was replaced")
+                    d[name] = value
+            for name in d.keys() & self._builtins - was.keys() if module != "builtins" else ():
+                if not (name.startswith("__") or isinstance(d[name], types.ModuleType)):
+                    self._note(f"{module}.{name} was added, in place of Python's own")
+                    del d[name]
         for function, code in self._codes.items():
             if function.__code__ is not code:
-                return f"the code of {function.__name__} was replaced"
-        for kind, was in self._classes.items():
-            if any(vars(kind).get(name, self) is not value for name, value in was.items() if not name.startswith("__")):
-                return f"a method of {kind.__name__} was replaced"
-        replaced = [name for name, module in self._modules.items() if sys.modules.get(name) is not module]
-        return f"the module {replaced[0]} was replaced" if replaced else ""
-
-    def _restore(self):
-        for _, d, was in reversed(self._dicts):
-            d.update(was)
-        for function, code in self._codes.items():
-            if function.__code__ is not code:
+                self._note(f"the code of {function.__name__} was replaced")
                 function.__code__ = code
         for kind, was in self._classes.items():
-            for name, value in was.items():
-                if not name.startswith("__") and vars(kind).get(name, self) is not value:
-                    setattr(kind, name, value)
-        sys.modules.update(self._modules)
+            now = methods(kind)
+            if not the_same(now, was):
+                self._note(f"a method of {kind.__name__} was replaced")
+                for name in now.keys() - was.keys():
+                    delattr(kind, name)
+                for name, value in was.items():
+                    if now.get(name) is not value:
+                        setattr(kind, name, value)
+        for thing, was in self._things:
+            if not the_same(vars(thing), was):
+                self._note(f"a {type(thing).__name__} of omx was changed")
+                vars(thing).clear()
+                vars(thing).update(was)
+        for name, module in self._modules.items():
+            if sys.modules.get(name) is not module:
+                self._note(f"the module {name} was replaced")
+                sys.modules[name] = module
+        return self.found
+
+    def _note(self, what):
+        self.found = self.found or what
+
+    def is_disguised(self, value, depth=4):
+        """Is this, or is in it, an object of a class that the student wrote, which may answer as it likes?"""
+        if isinstance(value, (types.FunctionType, type)):
+            return False
+        kind = type(value)
+        if kind not in self._known:
+            return True
+        inside = ()
+        if kind in (list, tuple, set, frozenset):
+            inside = value
+        elif kind is dict:
+            inside = [*value, *value.values()]
+        elif kind.__name__ == "ndarray" and value.dtype == object:
+            inside = value.flat
+        elif kind.__module__.startswith("sympy."):
+            inside = value.flat() if kind.__name__.endswith("Matrix") else getattr(value, "args", ())
+            depth += 1  # an expression may be as deep as it likes
+        return depth > 0 and any(self.is_disguised(v, depth - 1) for v in inside)
+
+
+CHANGEABLE = 1 << 9  # of the flags of a class: Py_TPFLAGS_HEAPTYPE, written in Python
+
+
+def held(name, module):
+    """What is kept of a module: all of `omx`, what can be called of others."""
+    ours = name.split(".")[0] == "omx"
+    return {k: v for k, v in vars(module).items() if not k.startswith("__") and (ours or callable(v))}
+
+
+def methods(kind):
+    """What can be called, or computes an attribute, in a class itself."""
+    return {
+        k: v for k, v in vars(kind).items() if (callable(v) or hasattr(type(v), "__get__")) and k not in PYTHONS_OWN
+    }
+
+
+def the_same(now, was):
+    """Do two dicts hold the same objects under the same names?"""
+    return now.keys() == was.keys() and all(now[name] is value for name, value in was.items())
+
+
+def is_a_thing(value):
+    """An object of `omx`, such as a geometry, that holds what it holds for good."""
+    return type(value).__module__.startswith("omx.") and hasattr(value, "__dict__") and not callable(value)
+
+
+def prepared(thing):
+    """The object, with all computed that it computes once."""
+    for name, value in vars(type(thing)).items():
+        if isinstance(value, functools.cached_property):
+            getattr(thing, name)
+    return thing
 
 
 def watch(forbidden, tried, student_files=("<answer", "<string")):
@@ -302,7 +437,7 @@ def callers(student_files):
 def judges(forbidden, is_a_students, below_a_student, asked_by_a_student):
     """{audit event: a function that says what is wrong with it, or ""}."""
     is_secret, isdir, basename = secret_paths(forbidden), os.path.isdir, os.path.basename
-    others, attributes = tuple(forbidden["libraries"]), set(HIDDEN_ATTRIBUTES)
+    others, attributes, fixed = tuple(forbidden["libraries"]), set(HIDDEN_ATTRIBUTES), set(FIXED_ATTRIBUTES)
 
     def a_path(event, arguments, frame):
         listed = [a for a in arguments[: 1 if event == "open" else 2] if isinstance(a, (str, bytes, os.PathLike))]
@@ -321,8 +456,12 @@ def judges(forbidden, is_a_students, below_a_student, asked_by_a_student):
             roundabout = file.startswith(others) or file.endswith(("inspect.py", "traceback.py"))
             hidden = is_a_students(frame) or (roundabout and below_a_student(frame))
         else:
-            hidden = len(arguments) > 1 and arguments[1] in attributes and asked_by_a_student(frame)
+            wanted = attributes | fixed if event == "object.__setattr__" else attributes
+            hidden = len(arguments) > 1 and arguments[1] in wanted and asked_by_a_student(frame)
         return f"it looks behind the scenes ({event})" if hidden else ""
+
+    def a_thread(event, _, frame):
+        return "it starts a thread" if asked_by_a_student(frame) else ""
 
     def a_disguise(_, arguments, frame):
         name = os.fsdecode(arguments[1]) if isinstance(arguments[1], (str, bytes)) else "<"
@@ -330,7 +469,8 @@ def judges(forbidden, is_a_students, below_a_student, asked_by_a_student):
 
     looks = ("sys._getframe", "object.__getattr__", "object.__setattr__")
     known = {**dict.fromkeys(PATHS, a_path), **dict.fromkeys(REFUSED, an_act), **dict.fromkeys(looks, a_look)}
-    return {**known, "compile": a_disguise}
+    threads = dict.fromkeys(("_thread.start_new_thread", "_thread.start_joinable_thread"), a_thread)
+    return {**known, **threads, "compile": a_disguise}
 
 
 def secret_paths(forbidden):
