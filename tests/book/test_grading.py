@@ -71,6 +71,24 @@ ATTACKS = {
     "threading.Thread(target=go, daemon=True).start()",
     "an answer that is equal to everything": "class Yes(set):\n    def __ge__(self, o):\n        return True\n"
     "    __le__ = __eq__ = __ge__\n    __hash__ = None\nYES = Yes()",
+    "NumPy's inner modules replaced": "import numpy._core.numeric as n, numpy.linalg._linalg as g\n"
+    "n.isclose = n.allclose = n.array_equal = lambda *a, **k: True\ng.norm = lambda *a, **k: 0.0",
+    "the comparison's tolerances": "import types\nimport omx.check.answers as a, omx.check.functions as f\n"
+    "for m in (a, f):\n    for v in list(vars(m).values()):\n        if isinstance(v, types.FunctionType):\n"
+    "            v.__defaults__ = tuple(1e9 for _ in v.__defaults__ or ())\n"
+    "            v.__kwdefaults__ = {k: 1e9 for k in v.__kwdefaults__ or {}}",
+    "the arm itself changed": "object.__setattr__(omx.COURSE, 'L2', 0.0)",
+    "the encoder of results": "import json\nold = json._default_encoder.encode\ndef encode(o):\n"
+    "    if isinstance(o, dict) and 'passed' in o:\n        o['passed'] = True\n    return old(o)\n"
+    "json._default_encoder.encode = encode\njson.JSONEncoder.encode = lambda s, o: encode(o)",
+    "a number that is near everything": "class F(float):\n    __module__ = 'builtins'\n"
+    "    __sub__ = __rsub__ = __abs__ = lambda s, *o: F(0)\n"
+    "    __lt__ = __le__ = __gt__ = __ge__ = __eq__ = lambda s, o: True\n"
+    "    __hash__ = float.__hash__\ndef diagonal(width, height):\n    return F(0)\nlength = F(0)",
+    "an object inside a list": "class Yes(list):\n    __module__ = 'builtins'\n"
+    "    def __sub__(s, o):\n        return 0.0\n"
+    "    __rsub__ = __sub__\n    def __float__(s):\n        return 5.0\n    __eq__ = lambda s, o: True\n"
+    "def diagonal(width, height):\n    return [Yes()]\nlength = [Yes()]",
     "the solutions beside the module": "from pathlib import Path\n"
     "found = sorted((Path(omx.__file__).parents[1] / 'notebooks').glob('*.ipynb'))" + FIND,
     "the solutions beside the interpreter": "import sys\nfrom pathlib import Path\n"
