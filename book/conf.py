@@ -1,6 +1,7 @@
 """Sphinx's settings: the site over book/ and notebooks/. Built by `python run.py book`; warnings are errors."""
 
 import json
+import os
 import re
 import sys
 from pathlib import Path
@@ -54,7 +55,7 @@ html_theme_options = {
 html_context = {"default_mode": "auto"}
 html_logo = "static/arm.svg"
 html_favicon = "static/arm.svg"
-html_static_path = ["static", str(npm.BUILD / "shared")]
+html_static_path = ["static", os.path.relpath(npm.BUILD / "shared", Path(__file__).parent)]
 html_css_files = ["house.css", "live_figure.css"]
 scripts = ("omx-view.js", "omx-kinematics.js", "omx-panels.js", "reading.js")
 html_js_files = [(script, {"defer": "defer"}) for script in scripts]

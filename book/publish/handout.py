@@ -31,6 +31,17 @@ PRINTS = {"": "slides", "-four": "four", "-notes": "notes"}
 #: What the browser adds of its own, the time and its name; words of the same length in their place keep the file whole.
 TIME, BROWSER = re.compile(rb"(?<=Date \(D:)\d{14}(?=[+-])"), re.compile(rb"(?<=/Creator \()(?:\\.|[^()\\])*(?=\))")
 
+#: What depends on the moment, too: by which number the browser knows a table's cell.
+CELL = re.compile(rb"(?<=\(node)\d{8}(?=\))")
+#: A link to a file beside the deck leads from the PDF, wherever both lie, and not from the folder of this build.
+BESIDE = re.compile(rb"\(beside:([^)]*)\)")
+MARK_LINKS = """() => {
+  for (const link of document.querySelectorAll("a[href]")) {
+    const to = link.getAttribute("href");
+    if (!/^(#|[a-z][a-z0-9+.-]*:)/i.test(to)) link.setAttribute("href", "beside:" + to);
+  }
+}"""
+
 #: Scenes keep their room and are not loaded.
 NO_SCENES = "window.IntersectionObserver = class { observe() {} unobserve() {} disconnect() {} };"
 
@@ -115,6 +126,7 @@ def print_one(running, deck):
         pictures = page.evaluate(CAPTURE)
         for target, layout in zip(prints(deck), PRINTS.values(), strict=True):
             page.evaluate("([layout, pictures]) => omxLay(layout, pictures)", [layout, pictures])
+            page.evaluate(MARK_LINKS)
             data = page.pdf(prefer_css_page_size=True, print_background=True, tagged=True, outline=True)
             target.write_bytes(unstamped(data))
     finally:
@@ -122,8 +134,11 @@ def print_one(running, deck):
 
 
 def unstamped(pdf):
-    """The same file from every day and browser's name."""
-    return BROWSER.sub(lambda found: b"The slides of the book".ljust(len(found[0])), TIME.sub(b"20000101000000", pdf))
+    """The same file from every day, folder and browser's name; nothing in it moves."""
+    order = {name: b"%08d" % rank for rank, name in enumerate(sorted(set(CELL.findall(pdf))))}
+    pdf = CELL.sub(lambda found: order[found[0]], TIME.sub(b"20000101000000", pdf))
+    pdf = BESIDE.sub(lambda found: (b"(%s)" % found[1]).ljust(len(found[0])), pdf)
+    return BROWSER.sub(lambda found: b"The slides of the book".ljust(len(found[0])), pdf)
 
 
 def prints(deck):

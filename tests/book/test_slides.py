@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from book.publish import deck, markup, slide_content
+from book.publish import deck, handout, markup, slide_content
 from tests.helpers.chapter import SOLUTION, chapter, code, markdown, printed
 
 SCENE = {
@@ -208,3 +208,16 @@ def test_links_lead_to_decks_or_lose_their_target():
 def test_a_deck_depends_on_nothing_but_its_notebook():
     cells = chapter()
     assert sections(*cells) == sections(*json.loads(json.dumps(cells)))
+
+
+def test_a_handout_has_the_same_bytes_from_any_folder_and_moment():
+    pattern = (
+        b"/CreationDate (D:2026010203040%d+00'00') /Creator (Mozilla/5.0 HeadlessChrome/9) "
+        b"/ID (node00000%d) [(node00000%d)] /URI (beside:01.html) /URI (https://a.b/c)"
+    )
+    made = [pattern % (n % 7, n + 1, n) for n in (241, 777)]
+    first, second = map(handout.unstamped, made)
+    assert first == second
+    assert len(first) == len(made[0]), "the places of what follows stand in the file"
+    assert b"/ID (node00000001) [(node00000000)] /URI (01.html)       " in first
+    assert b"/URI (https://a.b/c)" in first
