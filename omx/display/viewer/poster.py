@@ -19,7 +19,7 @@ from PIL import Image, ImageDraw, ImageFilter, ImageFont
 #: Drawn this many times larger, then made smaller: smooth edges.
 FINE = 2
 WIDTH = 760
-QUALITY = 80
+COLOURS = 128
 #: So many pixels are looked at together.
 AT_ONCE = 1_000_000
 #: Directions (3,) and strengths of the two lamps, and what comes from everywhere; as `environment.set_light` has them.
@@ -123,7 +123,8 @@ def poster(log: dict, height: int, width: int = WIDTH) -> bytes:
     for part in (part for part in parts if part.about["type"] == "Sprite"):
         _write(picture, small, part)
     out = io.BytesIO()
-    picture.save(out, "webp", quality=QUALITY, method=6)
+    few = picture.quantize(COLOURS, dither=Image.Dither.NONE).convert("RGB")
+    few.save(out, "webp", lossless=True, method=6, quality=100)
     return out.getvalue()
 
 
