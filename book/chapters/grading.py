@@ -343,10 +343,17 @@ def found(place, key, name):
     best = [path for _, _, path in fits]
     if not best:
         broken = [path for path in paths if path.stem.startswith(name[:2])]
-        return (broken[0], "") if broken else (None, "nothing handed in")
+        others = [] if place.is_file() else [p.name for p in sorted(place.rglob("*")) if passed_over(p, name)]
+        but = f" but {', '.join(others)}: the notebook itself is wanted" if others else ""
+        return (broken[0], "") if broken else (None, f"nothing handed in{but}")
     said = [] if best[-1].name == f"{name}.ipynb" else [f"graded: {best[-1].name}"]
     said += [f"{len(best)} notebooks of this chapter; the fullest and newest counts"] if len(best) > 1 else []
     return best[-1], "; ".join(said)
+
+
+def passed_over(path, name):
+    """Is this a file that may hold the chapter, though not as a notebook: an archive, a page, a text?"""
+    return path.is_file() and (path.suffix.lower() == ".zip" or path.name.startswith(name[:2]))
 
 
 def ids_in(path, key):

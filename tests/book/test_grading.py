@@ -200,6 +200,7 @@ ODD = {
     "to-markdown": (turned_to_markdown, 3, "was turned to markdown"),
     "no-metadata": (without_metadata, 3, ""),
     "helper-and-magic": (with_a_helper, 3, ""),
+    "timed-cell": (lambda s: answered(s, _2=f"%%time\n{RIGHT['exercise-7-2-answer']}"), 3, ""),
 }
 
 
@@ -233,6 +234,8 @@ def course(book, sheet, tmp_path_factory):
         hand_in(folder, "fuller", normalise.dumps(answered(sheet)))
         hand_in(folder, "fuller", normalise.dumps(sheet), "a copy, never filled in.ipynb")
         os.utime(folder / "submitted" / "fuller" / f"{NAME}.ipynb", (0, 0))
+        hand_in(folder, "archived", "PK", "all of it.zip")
+        hand_in(folder, "as-a-page", "<html>", f"{NAME}.html")
         (folder / "submitted" / "empty").mkdir()
         (folder / "submitted" / ".DS_Store").write_text("")
         (folder / "submitted" / "readme.txt").write_text("")
@@ -294,6 +297,8 @@ def test_odd_files_get_their_mark_or_a_sentence(course):
     assert "not graded: it is a notebook of another format" in found["old"]["notes"]
     assert "nothing handed in" in found["empty"]["notes"]
     assert "nothing handed in" in found["absent"]["notes"]
+    assert "nothing handed in but all of it.zip: the notebook itself is wanted" in found["archived"]["notes"]
+    assert f"nothing handed in but {NAME}.html" in found["as-a-page"]["notes"]
     assert not {".DS_Store", "readme.txt", "readme"} & set(found)
     assert "not on the roster" in found["raises"]["notes"]
     assert not any(str(ROOT) in row["notes"] for row in found.values())
