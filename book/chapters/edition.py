@@ -17,6 +17,7 @@ from pathlib import Path
 from book.chapters import normalise
 from book.chapters.cells import slide_type, source, tags
 from book.chapters.student import Refused, kept_lines, secret_lines, squeeze, student_copy
+from book.setup.installers import MADE_FOR, this_system
 from book.setup.paths import ENVIRONMENT, ROOT, WINDOWS, Stop, child_environment
 
 #: What goes along, by glob, with all modules that it imports, and what of that stays here.
@@ -43,7 +44,7 @@ The chapters in `notebooks/` are your sheets: write your answers where a cell sa
 the notebook in. Code: BSD 3-Clause. Prose: CC BY 4.0. Both are in `LICENSE`.
 """
 ONLINE = "Set-up needs the internet once, nothing else does."
-OFFLINE = "The packages are in `wheels/`: set-up needs no internet on the system that they were made for."
+OFFLINE = "The packages are in `wheels/`, made for {system}: there, set-up needs no internet."
 PROJECT = """[build-system]
 requires = ["setuptools"]
 build-backend = "setuptools.build_meta"
@@ -71,7 +72,8 @@ def write(target, wheels=False, root=ROOT, graded=()):
         if wheels:
             download(Path(folder))
             files.pop("book/setup/hashes.txt", None)  # what was built here has other hashes
-        files["README.md"] = README.format(network=OFFLINE if wheels else ONLINE).encode()
+            files[MADE_FOR.relative_to(ROOT).as_posix()] = f"{this_system()}\n".encode()
+        files["README.md"] = README.format(network=OFFLINE.format(system=this_system()) if wheels else ONLINE).encode()
         for name in sorted(files):
             add(archive, name, files[name])
         for wheel in sorted(Path(folder).iterdir()):

@@ -2,6 +2,7 @@
 
 import contextlib
 import errno
+import platform
 import shutil
 import subprocess
 import sys
@@ -10,6 +11,8 @@ from book.setup import settings
 from book.setup.paths import PYTHON, ROOT, VENV, WINDOWS, Stop, child_environment
 
 LOG = VENV / "set-up.log"
+#: In a student's edition: the system that the packages beside it were made for.
+MADE_FOR = ROOT / "wheels" / "made-for.txt"
 FULL_SIGNS = ("no space left", "errno 28", "os error 28", "os error 112", "quota exceeded")
 NETWORK_SIGNS = (
     "name resolution",
@@ -47,10 +50,21 @@ class Failed(Stop):
                 "The packages could not be downloaded because the package index cannot be reached: check the "
                 "network connection (or the proxy) and run the same command again."
             )
+        made_for = MADE_FOR.read_text(encoding="utf-8").strip() if MADE_FOR.is_file() else this_system()
+        if made_for != this_system():
+            return (
+                f"The packages in {MADE_FOR.parent} were made for {made_for}, and this is {this_system()} "
+                f"({self.last_line}): take that Python, or delete that folder and run the same command again with a "
+                "network."
+            )
         return (
             f"Installing the packages failed ({self.last_line}); all that was said is in {LOG}, and the same "
             "command tries again."
         )
+
+
+def this_system():
+    return f"Python {platform.python_version()} on {platform.system()} {platform.machine()}"
 
 
 def call(command, lock):

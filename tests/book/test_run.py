@@ -334,6 +334,15 @@ FOREIGN = {
 }
 
 
+def test_packages_that_were_made_for_another_python_are_named_as_such(clone):
+    (clone.root / "wheels").mkdir()
+    (clone.root / "wheels" / "made-for.txt").write_text("Python 3.99.1 on Plan9 pdp11\n")
+    clone.pin("3.0")
+    said = one_sentence(clone.run("test"))
+    assert "were made for Python 3.99.1 on Plan9 pdp11, and this is Python 3." in said
+    assert "delete that folder and run the same command again with a network" in said
+
+
 @pytest.mark.parametrize("uv", [True, False], ids=["uv", "pip"])
 def test_the_users_settings_for_other_work_do_not_reach_the_installers(clone, tmp_path, uv):
     """All of them at once; the first Python, `run.py`'s own, must bear them, too."""
