@@ -66,7 +66,7 @@ class Driver:
         self.condition: Condition = look_over(bus)
         if self.condition.problems:
             raise NotReady(bus.name, self.condition.problems)
-        self.servos = Servos(bus, self.condition.registers, self._pwm())
+        self.servos = Servos(bus, self.condition.registers, self._pwm(), self.guard.payload_g)
         self.monitor = Monitor(bus, offsets)
         self.brake = Brake(self.servos, self.monitor)
         self.gripper = Gripper(self.servos)
@@ -96,7 +96,7 @@ class Driver:
         What reaches `payload_mm` from the tool must stay clear of table and arm, too.
         """
         self.guard = replace(self.guard, payload_g=payload_g, payload_mm=payload_mm)
-        self.servos.pwm = self._pwm()
+        self.servos.pwm, self.servos.payload_g = self._pwm(), payload_g
         if self.torque:
             self.servos.put_all(reg.block("goal_pwm"), {servo: (most,) for servo, most in self.servos.pwm.items()})
 

@@ -14,12 +14,15 @@ from ..dynamixel import units
 from ..dynamixel.bus import Bus
 from ..dynamixel.packet import CRC_ERROR
 from ..fault_table import MENDS
+from ..gravity import sagged
 
 HOLD_S = 0.2
 #: What was read longer ago (s), because the program was held up, is read again, so often at the most.
 STALE_S, STALE_TRIES = 0.1, 5
 #: A joint that is farther (ticks) from its own set-point than this is being held up by something.
 HOLD_SLACK = units.ANGLE.raw(math.radians(3.0))
+#: One that does not turn (raw speed), and is farther (ticks) from it than by its weight, is held up, too.
+STILL, UNEXPLAINED = units.VELOCITY.raw(math.radians(2.0)), units.ANGLE.raw(math.radians(1.0))
 PROFILE = reg.block("profile_acceleration", "profile_velocity")
 MODES = reg.block("drive_mode", "operating_mode")
 #: A whole motion in one packet: a servo takes all three, or none.
@@ -27,8 +30,8 @@ MOTION = reg.block("profile_acceleration", "profile_velocity", "goal_position")
 #: The same with the current that a servo in mode 5 may use for it.
 MOTION_PUSHED = reg.block("goal_current", "goal_velocity", *(row.name for row in MOTION.registers))
 WATCHDOG = reg.block("bus_watchdog")
-#: Where a servo is, and its own set-point with its speed.
-STATE = reg.block("present_position", "velocity_trajectory", "position_trajectory")
+#: How fast a servo turns, where it is, and its own set-point with its speed.
+STATE = reg.block("present_velocity", "present_position", "velocity_trajectory", "position_trajectory")
 #: What is written at every set-up, in blocks of neighbours.
 SETTINGS = (
     reg.block("position_d_gain", "position_i_gain", "position_p_gain"),
@@ -52,11 +55,11 @@ class Servos:
     """What is done to one servo, or to several, of `bus`. Raw values, but for seconds.
 
     `at`: the registers of each as they were found, its limits among them; `pwm`: the most of its power that each joint
-    may use. `soft`: the joints that are on, and not in position mode.
+    may use. `soft`: the joints that are on, and not in position mode. `payload_g`: what hangs on the gripper.
     """
 
-    def __init__(self, bus: Bus, at: dict[int, dict[str, int]], pwm: dict[int, int]):
-        self.bus, self.at, self.pwm = bus, at, pwm
+    def __init__(self, bus: Bus, at: dict[int, dict[str, int]], pwm: dict[int, int], payload_g: float = 0.0):
+        self.bus, self.at, self.pwm, self.payload_g = bus, at, pwm, payload_g
         on = [servo for servo in JOINTS if at[servo]["torque_enable"]]
         self.soft = {servo for servo in on if at[servo]["operating_mode"] != reg.MODES["position"]}
 
@@ -102,7 +105,7 @@ class Servos:
                 self.set_up(servo, "position", on=True)
         self._mend(servos)
         state = again(self.bus.read_block, servos, STATE)
-        off = {servo: self.within_limits(servo, state[servo][0]) for servo in servos if not on[servo]}
+        off = {servo: self.within_limits(servo, state[servo][1]) for servo in servos if not on[servo]}
         total = units.MILLISECONDS.raw(HOLD_S)
         if held := [servo for servo in servos if on[servo] and servo not in wrong]:
             self.put_all(PROFILE, dict.fromkeys(held, (total // 4, total)))
@@ -205,7 +208,11 @@ class Servos:
         self.put_all(MOTION, motions) if confirmed else self.bus.write_block(MOTION, motions)
 
     def stand(self, servos=JOINTS) -> None:
-        """They stop where they are, in three transactions. A set-point that is near stays: no sag is added."""
+        """They stop where they are, in three transactions. A set-point that is near stays: no sag is added.
+
+        One that lies off by more than the weight explains, while the joint does not turn, would move it as soon as
+        it is let go: it becomes the one that holds the weight just there.
+        """
         if pushing := self.soft.intersection(servos):
             self.put_all(WATCHDOG, dict.fromkeys(pushing, (0,)))
         for _ in range(STALE_TRIES):
@@ -213,9 +220,24 @@ class Servos:
             state = again(self.bus.read_block, list(servos), STATE)
             if self.bus.clock.now() - before < STALE_S:
                 break
-        self.put_all(MOTION_PUSHED, {servo: self.standing(servo, *state[servo]) for servo in servos})
+        lifts, motions = self._lifts(state), {}
+        for servo, (speed, present, _, aim) in state.items():
+            held_up = servo in lifts and abs(speed) <= STILL and abs(aim - present - lifts[servo]) > UNEXPLAINED
+            motions[servo] = self.standing(servo, present, present + lifts[servo] if held_up else aim)
+        self.put_all(MOTION_PUSHED, motions)
 
-    def standing(self, servo: int, present: int, _=0, aim: int | None = None) -> tuple[int, ...]:
+    def _lifts(self, state) -> dict[int, int]:
+        """How far (ticks) beyond where it stands the set-point of each joint is that holds its weight just there.
+
+        Of all joints, or of none where one was not read: the weight on a joint depends on the others.
+        """
+        if any(servo not in state for servo in JOINTS):
+            return {}
+        q = [units.POSITION.value(state[servo][1]) for servo in JOINTS]
+        below = sagged(q, self.payload_g)
+        return {servo: units.ANGLE.raw(q[i] - below[i]) for i, servo in enumerate(JOINTS)}
+
+    def standing(self, servo: int, present: int, aim: int | None = None) -> tuple[int, ...]:
         """What to write into `MOTION_PUSHED` for it: all its current, and to stand at `aim`, or where it is.
 
         A soft joint at once: its set-point is far away, and would come back slowly.

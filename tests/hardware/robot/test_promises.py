@@ -377,6 +377,22 @@ def test_a_stall_latches_too_and_names_the_joint(robot):
     robot.move_to([0, -60, 20, 40])
 
 
+@pytest.mark.parametrize("joint", [1, 2, 3, 4])
+def test_a_joint_that_was_held_back_stays_when_it_is_let_go(robot, joint, caplog):
+    """It stalled a little behind its set-point: holding that would make it spring there."""
+    robot.arm.faults.inject("blocked", servo=10 + joint)
+    goal = np.degrees([each.angle for each in robot.arm.joints[:4]])
+    goal[joint - 1] += 2.6
+    robot.write_time(1)
+    robot.write_joints(goal)
+    robot.clock.sleep(4)
+    assert f"joint {joint} is pushing on something" in caplog.text
+    held = robot.arm.joints[joint - 1].angle
+    robot.arm.faults.clear()
+    robot.clock.sleep(2)
+    assert abs(robot.arm.joints[joint - 1].angle - held) < math.radians(0.6)
+
+
 def test_a_plain_write_is_watched_though_nobody_reads(robot, caplog):
     """A hand holds joint 2; the program only sleeps."""
     robot.write_time(3)
