@@ -29,8 +29,8 @@ class Comparison:
 
     def agrees(self, answer) -> np.ndarray:
         """Where `answer` agrees, entry by entry."""
-        wrong = np.abs(answer - self.expected) > self.within + 1e-9 * np.abs(self.expected)
-        return ~wrong & np.isfinite(answer)
+        near = np.abs(answer - self.expected) <= self.within + 1e-9 * np.abs(self.expected)
+        return near & np.isfinite(answer)
 
     def of(self, *units: str) -> np.ndarray:
         """A mask (n,) of the components in these units."""

@@ -454,3 +454,8 @@ def test_setup_survives_what_is_broken(capsys, monkeypatch):
     monkeypatch.setattr(selftest.importlib, "import_module", broken)
     wrong(check.setup)
     assert "!!  generated modules: ImportError: no module of that name" in capsys.readouterr().out
+
+
+def test_a_tolerance_that_is_no_number_lets_nothing_pass():
+    with pytest.raises(check.Wrong):
+        check.value(1.5, 1.0, within=math.nan)

@@ -227,3 +227,20 @@ def test_a_cloud_has_one_scale_and_no_numbers_in_its_corners():
         assert len(ticks) >= 3
         assert low + 0.05 * (high - low) < ticks.min()
         assert ticks.max() < high - 0.05 * (high - low)
+
+
+@pytest.mark.parametrize("wrong", [0.0, [], np.zeros((0, 4)), [1.0, 2.0], None, "points"])
+@pytest.mark.parametrize(
+    "draw",
+    [
+        plots.cloud,
+        plots.planar,
+        lambda value: plots.planar([value]),
+        lambda value: plots.plane(points=value),
+        lambda value: plots.curves(GRID, value, "x", "y"),
+        lambda value: plots.curves([], {"a": value}, "x", "y"),
+    ],
+)
+def test_what_cannot_be_drawn_is_named(draw, wrong):
+    with pytest.raises((omx.BadInput, TypeError), match=r"`\w+.*` must|not iterable"):
+        draw(wrong)

@@ -266,6 +266,19 @@ def test_marks_come_and_go_by_name(view):
         lambda v: v.label("a/b", "word", (0, 0, 0)),
         lambda v: v.label("nan", "word", (0, 0, math.nan)),
         lambda v: v.animate([omx.HOME]),
+        *(lambda v, s=s: v.animate([omx.HOME, omx.ZERO], seconds=s) for s in (-1, 0, math.inf, math.nan, 1e9)),
+        lambda v: v.animate([omx.HOME, omx.ZERO], gripper=[0, math.nan]),
+        lambda v: v.arrow("a", (0, 0, 0), (1, 0, 0), radius=math.nan),
+        lambda v: v.axis("a", (0, 0, 0), (1, 0, 0), length=math.nan),
+        lambda v: v.arc("a", (0, 0, 0), (0, 0, 0), (1, 0, 0)),
+        lambda v: v.plane("p", np.eye(4), size=math.nan),
+        lambda v: v.plane("p", np.eye(4), opacity=-5),
+        lambda v: v.triad("t", np.eye(4), size=-1),
+        lambda v: v.path([(0, 0, 0), (1, 1, 1)], radius=math.inf),
+        lambda v: v.static_html(height="x"),
+        *(lambda v, g=g: setattr(v, "gripper", g) for g in (math.nan, 1e30)),
+        *(lambda v, o=o: setattr(v, "opacity", o) for o in (math.inf, -5)),
+        *(lambda v, h=h: View(height=h) for h in ("x", math.nan, -3)),
     ],
 )
 def test_wrong_arguments_are_named(view, wrong):
@@ -273,6 +286,12 @@ def test_wrong_arguments_are_named(view, wrong):
     with pytest.raises(omx.BadInput, match=r"must|shape"):
         wrong(view)
     assert view.channel.log == before
+
+
+def test_an_arrow_of_no_length_is_none(view):
+    view.arrow("v", (0, 0, 0), (0, 0, 50))
+    view.arrow("v", (0, 0, 0), (0, 0, 0))
+    assert objects(view.channel, "/meshcat/notes") == set()
 
 
 def test_the_gripper_opens_both_ways(view):

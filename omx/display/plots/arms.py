@@ -9,7 +9,7 @@ from matplotlib.patches import Arc
 from ... import kinematics
 from ...geometry import COURSE, Geometry
 from ..palette import INK, PALE, PALETTE
-from .picture import Picture, axes_of, cycle, finish, point_text
+from .picture import Picture, as_points, axes_of, cycle, finish, point_text
 
 
 def planar(
@@ -30,7 +30,7 @@ def planar(
     join by a thin line, broken where they are NaN. `across` and `up` name the axes. `alt` is put before the numbers
     in the alt text.
     """
-    arms = [np.asarray(arm, float) for arm in arms]
+    arms = [as_points(arm, "arms") for arm in arms] or [as_points((), "arms")]
     figure, axes = axes_of(f"{across} ({unit})", f"{up} ({unit})", square=True)
     labels = [*labels, *([""] * (len(arms) - len(labels)))]
     if path is not None:

@@ -4,8 +4,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from ...arrays import shown
+from ...errors import BadInput
 from ..palette import INK, PALE
-from .picture import Picture, axes_of, cycle, finish, span_text
+from .picture import Picture, as_points, axes_of, cycle, finish, span_text
 
 #: Words on a heat map: white on a dark patch, readable on every colour.
 ON_COLOUR = {
@@ -31,7 +33,9 @@ def curves(
     have been, by the same labels, drawn as thin dark lines over them; they are wide then. The line y = 0 is drawn if
     it is in sight.
     """
-    across = np.asarray(across, float)
+    across = as_points(np.reshape(across, (-1, 1)), "across", 1).ravel()
+    if not (isinstance(lines, Mapping) and lines):
+        raise BadInput(f"`lines` must map a label to the values of each curve; got {shown(lines)}.")
     figure, axes = axes_of(x, y)
     width = 4.8 if wanted else 2.2
     for (label, values), colour, dash in zip(lines.items(), cycle(), cycle(("-", "--", "-.", ":")), strict=False):

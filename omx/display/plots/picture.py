@@ -6,6 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
+from ...arrays import shown
+from ...errors import BadInput
 from ..palette import PALETTE
 
 #: Pixels for an inch: the picture is stored at twice the size at which it is shown.
@@ -62,6 +64,17 @@ def cycle(values: Sequence = PALETTE):
     """The values again and again."""
     while True:
         yield from values
+
+
+def as_points(value, name: str, columns: int = 2, least: int = 1) -> np.ndarray:
+    """`value` as a float array (N, columns), N at least `least`; NaN may stand in it. Raises `BadInput`."""
+    try:
+        array = np.asarray(value, float)
+    except (TypeError, ValueError):
+        array = np.empty(0)
+    if array.ndim == 2 and array.shape[1] == columns and len(array) >= least:
+        return array
+    raise BadInput(f"`{name}` must be numbers of shape (N, {columns}), N at least {least}; got {shown(value)}.")
 
 
 def point_text(point, unit: str) -> str:

@@ -7,12 +7,12 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 
 from ..palette import INK, PALETTE
-from .picture import Picture, axes_of, cycle, finish, span_text
+from .picture import Picture, as_points, axes_of, cycle, finish, span_text
 
 
 def cloud(points, unit: str = "mm", alt: str = "") -> Picture:
     """Points (N, 3) in space, coloured by their height z. `unit` is that of the axes."""
-    points = np.asarray(points, float)
+    points = as_points(points, "points", 3)
     figure = Figure(figsize=(7.0, 5.4), layout="constrained")
     axes = figure.add_subplot(projection="3d")
     dots = axes.scatter(*points.T, c=points[:, 2], cmap="cividis", s=5, lw=0, depthshade=False, antialiased=False)
@@ -38,20 +38,23 @@ def plane(polygons=(), arcs=(), points=None, r: str = "r (mm)", z: str = "z (mm)
 
     `points`: (N, 2), as dots.
     """
+    polygons, arcs = ([as_points(one, name) for one in many] for name, many in (("polygons", polygons), ("arcs", arcs)))
+    points = None if points is None else as_points(points, "points")
+    drawn = [*polygons, *arcs, *([] if points is None else [points])]
+    everything = np.vstack(drawn or as_points((), "polygons"))
     figure, axes = axes_of(r, z, square=True)
     told = []
     if len(polygons):
         _filled(axes, polygons)
         told.append(f"{len(polygons)} closed outline{'s' * (len(polygons) != 1)}")
     for arc, colour in zip(arcs, cycle(), strict=False):
-        axes.plot(*np.asarray(arc, float).T, color=colour, lw=1.4)
+        axes.plot(*arc.T, color=colour, lw=1.4)
     if len(arcs):
         told.append(f"{len(arcs)} arcs")
     if points is not None:
-        axes.plot(*np.asarray(points, float).T, ls="", marker=".", ms=2, color=INK, alpha=0.35, rasterized=True)
+        axes.plot(*points.T, ls="", marker=".", ms=2, color=INK, alpha=0.35, rasterized=True)
         told.append(f"{len(points)} points")
     finish(axes, margin=0.05)
-    everything = np.vstack([*polygons, *arcs, *([] if points is None else [points])])
     spans = f"{r} between {span_text(everything[:, 0])}, {z} between {span_text(everything[:, 1])}"
     return Picture(figure, f"{alt or 'Figures in the plane'}: {', '.join(told)}; {spans}.")
 

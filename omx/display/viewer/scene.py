@@ -4,6 +4,7 @@ import os
 
 import numpy as np
 
+from ...arrays import as_number
 from ...errors import BadInput
 from ..palette import BLUE, INK, VERMILION
 from . import annotations, environment, html_export
@@ -24,7 +25,7 @@ class Scene:
 
     def __init__(self, *, height: int, dark: bool, camera: Camera, aim, distance: float, floor: float = 0.0):
         self.channel = Channel()
-        self.height = int(height)
+        self.height = _pixels(height)
         self._aim, self._floor = (aim, distance), floor
         self._mark = 52.0 * max(0.5, distance)
         #: Called with the target to which a reader drags the tool, [x, y, z, pitch] (mm, rad) or a hand's T (4, 4), and
@@ -76,9 +77,11 @@ class Scene:
     # -- marks --------------------------------------------------------------------------------------------
 
     def arrow(self, name: str, start, direction, *, label=None, colour=INK, radius: float = 1.6) -> None:
-        """An arrow from `start` (3,) along `direction` (3,), as long as that is, mm."""
+        """An arrow from `start` (3,) along `direction` (3,), as long as that is, mm; none where that is 0."""
         start, direction = _vector("start", start), _vector("direction", direction)
-        self._note(name, annotations.arrow(start, start + direction, colour, label, radius))
+        if not direction.any():
+            return self.remove(name)
+        return self._note(name, annotations.arrow(start, start + direction, colour, label, _size("radius", radius)))
 
     def axis(self, name: str, point, direction, *, label=None, colour=VERMILION, length=None, slides=False) -> None:
         """A joint's axis: the line through `point` (3,) mm along `direction` (3,), `length` mm of it drawn.
@@ -88,20 +91,24 @@ class Scene:
         point, direction = _vector("point", point), _vector("direction", direction)
         if not direction.any():
             raise BadInput("`direction` must point somewhere: one of its three numbers must not be 0.")
-        self._note(name, annotations.axis(point, direction, length or 4.0 * self._mark, colour, label, slides))
+        length = _size("length", length or 4.0 * self._mark)
+        self._note(name, annotations.axis(point, direction, length, colour, label, slides))
 
     def arc(self, name: str, centre, start, end, *, label=None, colour=INK) -> None:
         """An angle about `centre` (3,), from direction `start` (whose length is its radius, mm) to direction `end`."""
         centre, start, end = _vector("centre", centre), _vector("start", start), _vector("end", end)
+        if not (start.any() and end.any()):
+            raise BadInput("`start` and `end` must point somewhere: one of the three numbers must not be 0.")
         self._note(name, annotations.arc(centre, start, end, colour, label))
 
     def plane(self, name: str, T, *, size: float = 160.0, colour=BLUE, opacity: float = 0.15) -> None:
         """A translucent square, `size` mm wide: the x-y plane of the frame `T` (4, 4)."""
-        self._note(name, annotations.plane(size, colour, opacity), T)
+        opacity = as_number(opacity, "opacity", "0 to 1", 0.0, 1.0)
+        self._note(name, annotations.plane(_size("size", size), colour, opacity), T)
 
     def triad(self, name: str, T, *, index: int | None = None, size: float | None = None) -> None:
         """A frame `T` (4, 4) of your own; with `index` its axes are labelled x_index, y_index, z_index."""
-        self._note(name, annotations.triad(index, size or self._mark), T)
+        self._note(name, annotations.triad(index, _size("size", size or self._mark)), T)
 
     def label(self, name: str, text: str, at, *, colour=INK) -> None:
         """Words at the point `at` (3,) mm that always face the reader; `q_1` sets a subscript."""
@@ -112,7 +119,7 @@ class Scene:
         points = np.asarray(points, float)
         if points.ndim != 2 or points.shape[1] != 3 or len(points) < 2 or not np.isfinite(points).all():
             raise BadInput(f"`points` must be finite, shape (N, 3) with N >= 2, in mm; got shape {points.shape}.")
-        self._note(name, annotations.polyline(points, colour, radius))
+        self._note(name, annotations.polyline(points, colour, _size("radius", radius)))
 
     def things(self, things) -> None:
         """Draw what is on a table, such as `world.things`: boxes and cups. One that is there already is moved.
@@ -166,7 +173,7 @@ class Scene:
         `shared=True` gives a placeholder of a few kB instead, for pages that load the script of
         `write_site_script` once; there the stage is dark where the page's theme is.
         """
-        height = height or self.height
+        height = _pixels(height or self.height)
         if not shared:
             return html_export.frame(self.channel, self._config(), height, repr(self))
         return html_export.placeholder(self.channel, self._config(), height, repr(self), self._night().log)
@@ -196,6 +203,14 @@ def mimebundle(scene: Scene, shown) -> dict:
     model = scene.widget if shown is scene else shown
     view = {"version_major": 2, "version_minor": 0, "model_id": model.model_id}
     return {"text/plain": repr(shown), "application/vnd.jupyter.widget-view+json": view}
+
+
+def _pixels(height) -> int:
+    return int(as_number(height, "height", "a number of pixels", low=1.0, high=1e5))
+
+
+def _size(name: str, value) -> float:
+    return as_number(value, name, "a length in mm above 0", low=1e-3, high=1e6)
 
 
 def _vector(name: str, value):

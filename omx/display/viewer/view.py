@@ -21,7 +21,7 @@ from .moving_parts import Figure, put_object, put_property, put_transform
 from .scene import Scene
 from .trail import Trail
 
-_FPS = 30
+_FPS, _LONGEST = 30, 3600.0
 _SECTION = "/meshcat/section"
 
 
@@ -100,7 +100,7 @@ class View(Scene):
 
     @opacity.setter
     def opacity(self, value: float) -> None:
-        self._opacity = float(value)
+        self._opacity = as_number(value, "opacity", "0 to 1", 0.0, 1.0)
         self._figure.fade(self._opacity)
 
     @property
@@ -110,10 +110,10 @@ class View(Scene):
 
     @gripper.setter
     def gripper(self, travel: float) -> None:
-        self._gripper = float(travel)
+        self._gripper = _travel(travel)
         with self.channel.batch():
             for name, side in (("left", 1e-3), ("right", -1e-3)):
-                put_transform(self.channel, f"/meshcat/arm/4/{name}", _moved(side * travel))
+                put_transform(self.channel, f"/meshcat/arm/4/{name}", _moved(side * self._gripper))
 
     # -- what is drawn about the pose ---------------------------------------------------------------------
 
@@ -222,6 +222,8 @@ class View(Scene):
         Between the rows the joints are interpolated. Setting `q` ends the animation; until then `q` is its first row.
         `gripper` (N,): the fingers' travel (mm); `things`: the poses (N, 4, 4) of marks by their names: `world.film()`.
         """
+        seconds = as_number(seconds, "seconds", f"a time in s above 0, at most {_LONGEST:.0f}", 1e-3, _LONGEST)
+        fingers = [] if gripper is None else [_travel(travel) for travel in np.ravel(gripper)]
         rows = [self.check(q) for q in qs]
         if len(rows) < 2:
             raise BadInput(f"`qs` must have at least two rows to move between; got {len(rows)}.")
@@ -232,9 +234,9 @@ class View(Scene):
         tracks = {path: [pose[i] for pose in poses] for figure in figures for i, path in figure.nodes}
         if self.has_section:
             tracks[_SECTION] = [_upright(q1) for q1 in joints[:, 0]]
-        if gripper is not None:
+        if fingers:
             for name, side in (("left", 1e-3), ("right", -1e-3)):
-                tracks[f"/meshcat/arm/4/{name}"] = [_moved(side * float(travel)) for travel in gripper]
+                tracks[f"/meshcat/arm/4/{name}"] = [_moved(side * travel) for travel in fingers]
         for name, poses in (things or {}).items():
             if name not in self._notes:
                 raise BadInput(f"`things` names {name!r}, which is not in this scene: call `view.things` first.")
@@ -310,6 +312,10 @@ class View(Scene):
 def _tidy(value: float) -> str:
     """One decimal, and no minus before a zero."""
     return f"{round(value, 1) + 0.0:.1f}"
+
+
+def _travel(value) -> float:
+    return as_number(value, "gripper", "the fingers' travel in mm, -10 (closed) to 19 (open)", -50.0, 50.0)
 
 
 def _moved(by: float) -> tuple[float, ...]:
