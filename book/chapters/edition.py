@@ -9,16 +9,19 @@ Not in it: solutions, speaker's notes, tests, teaching pages, the grader, histor
 import ast
 import re
 import subprocess
+import sys
 import tempfile
 import venv
 import zipfile
 from pathlib import Path
 
+from packaging.markers import Marker
+
 from book.chapters import normalise
 from book.chapters.cells import slide_type, source, tags
 from book.chapters.student import Refused, kept_lines, secret_lines, squeeze, student_copy
 from book.setup.installers import MADE_FOR, this_system
-from book.setup.paths import ENVIRONMENT, ROOT, WINDOWS, Stop, child_environment
+from book.setup.paths import ENVIRONMENT, ROOT, WINDOWS, Stop, child_environment, package_of
 
 #: What goes along, by glob, with all modules that it imports, and what of that stays here.
 ALONG = (
@@ -28,7 +31,7 @@ ALONG = (
     "book/static/house.css", "book/templates/handin.html",
 )  # fmt: skip
 STAYS = re.compile(
-    r"(^|/)(__pycache__|\.ipynb_checkpoints|\.DS_Store)(/|$)|^book/(setup/(lock|extra_envs)|chapters/(edition|grad\w*))\.py$"
+    r"(^|/)(__pycache__|\.ipynb_checkpoints|\.DS_Store)(/|$)|^book/(setup/(lock|extra_envs)|chapters/edition)\.py$"
 )
 DATE = (2000, 1, 1, 0, 0, 0)  # the same bytes from the same book
 README = """# Kinematics of the OpenMANIPULATOR-X
@@ -130,12 +133,31 @@ def add(archive, name, content, how=zipfile.ZIP_DEFLATED):
 
 
 def download(folder):
-    """Put the pinned packages for this system and this Python into a folder, as wheels. Raises `Stop`."""
+    """Put the pinned packages for this system and every Python of this minor version into a folder. Raises `Stop`."""
     with tempfile.TemporaryDirectory() as place:
         venv.EnvBuilder(with_pip=True, symlinks=not WINDOWS).create(place)
         pip = [str(Path(place, "Scripts/python.exe" if WINDOWS else "bin/python")), "-m", "pip", "wheel", "--quiet"]
-        command = [*pip, "--disable-pip-version-check", "--no-deps", "--wheel-dir", str(folder), "-r", str(ENVIRONMENT)]
-        done = subprocess.run(command, capture_output=True, text=True, check=False, env=child_environment())
-    if done.returncode:
-        last = (done.stderr or done.stdout).strip().splitlines() or ["it said nothing"]
-        raise Stop(f"The packages could not be downloaded: {last[-1][:200]}")
+        options = ["--disable-pip-version-check", "--no-deps", "--ignore-requires-python", "--wheel-dir", str(folder)]
+        for pins in alternatives(ENVIRONMENT.read_text(encoding="utf-8").splitlines(), sys.version_info[:2]):
+            done = subprocess.run([*pip, *options, *pins], capture_output=True, text=True, check=False,
+                                  env=child_environment())  # fmt: skip
+            if done.returncode:
+                last = (done.stderr or done.stdout).strip().splitlines() or ["it said nothing"]
+                raise Stop(f"The packages could not be downloaded: {last[-1][:200]}")
+
+
+def alternatives(lines, minor):
+    """Lists of pins, no package twice in one, of all that some Python of this minor version, such as (3, 11), asks for.
+
+    A marker may ask for the last number (`python_full_version < "3.11.5"`), and the class may have another.
+    """
+    needed = {}
+    for line in lines:
+        if package := package_of(line):
+            pin, _, marker = line.partition("#")[0].partition(";")
+            holds = Marker(marker.strip()).evaluate if marker else lambda _: True
+            version = ".".join(map(str, minor))
+            pythons = [{"python_version": version, "python_full_version": f"{version}.{last}"} for last in range(100)]
+            if any(map(holds, pythons)):
+                needed.setdefault(package, []).append(pin.strip())
+    return [[pins[n] for pins in needed.values() if n < len(pins)] for n in range(max(map(len, needed.values())))]

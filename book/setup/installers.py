@@ -64,7 +64,7 @@ class Failed(Stop):
 
 
 def this_system():
-    return f"Python {platform.python_version()} on {platform.system()} {platform.machine()}"
+    return f"Python {'.'.join(platform.python_version_tuple()[:2])} on {platform.system()} {platform.machine()}"
 
 
 def call(command, lock):

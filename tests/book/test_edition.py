@@ -9,6 +9,7 @@ import pytest
 
 from book.chapters import edition, generate, normalise, student
 from book.chapters.cells import source, tags
+from book.setup.paths import ENVIRONMENT, package_of
 
 SHEETS = sorted(path.name for path in normalise.NOTEBOOKS.glob("*.ipynb"))
 KEPT = ("tests/", "book/teach", "publish/site", "publish/slides", "deck", "book/hub", ".git", ".ci", "CHANGELOG",
@@ -54,6 +55,21 @@ def test_checks_of_graded_chapters_stay_with_the_grader():
 def test_two_builds_have_the_same_bytes(unpacked, tmp_path):
     edition.write(tmp_path / "again.zip")
     assert (tmp_path / "again.zip").read_bytes() == (unpacked.parent / "stick.zip").read_bytes()
+
+
+def test_packages_beside_it_fit_every_python_of_their_minor_version():
+    """A pin that hangs on the last number of the Python goes along in each version that may be asked for."""
+    lines = [
+        *("# by hand", "numpy==2.4.6  # a reason", "colorama==0.4.6 ; sys_platform == 'nowhere'"),
+        *("soupsieve==2.10 ; python_full_version < '3.11.5'", "soupsieve==4.1.2 ; python_full_version >= '3.11.5'"),
+        *("contourpy==1.3.3 ; python_full_version < '3.12'", "contourpy==1.4.0 ; python_full_version >= '3.12'"),
+    ]
+    first = ["numpy==2.4.6", "soupsieve==2.10", "contourpy==1.3.3"]
+    assert edition.alternatives(lines, (3, 11)) == [first, ["soupsieve==4.1.2"]]
+    assert edition.alternatives(lines, (3, 12)) == [["numpy==2.4.6", "soupsieve==4.1.2", "contourpy==1.4.0"]]
+    pinned = ENVIRONMENT.read_text(encoding="utf-8").splitlines()
+    for pins in edition.alternatives(pinned, sys.version_info[:2]):
+        assert len({package_of(pin) for pin in pins}) == len(pins), "no installer takes a package twice"
 
 
 def test_it_runs_where_it_is_unpacked(unpacked, tmp_path):
