@@ -18,7 +18,19 @@ from typing import NamedTuple
 
 from book.setup.paths import Stop
 
-TABLES = {"points", "weights", "due", "late", "days_late"}
+
+def is_amount(value):
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and 0 <= value < math.inf
+
+
+#: The tables of course.toml: does a value fit, and how is one written?
+TABLES = {
+    "points": (is_amount, '"3.1" = 2'),
+    "weights": (is_amount, '"03" = 1.5'),
+    "due": (lambda value: isinstance(value, datetime.datetime), '"03" = 2026-03-01T23:59:00'),
+    "late": (lambda value: is_amount(value) and value <= 1, "per_day = 0.1"),
+    "days_late": (lambda value: isinstance(value, dict) and all(map(is_amount, value.values())), '"03" = { ada = 0 }'),
+}
 ROSTER = ("student", "name", "email", "id")
 
 
@@ -42,12 +54,19 @@ class Rules:
                 self.tables = tomllib.loads((course / "course.toml").read_text(encoding="utf-8-sig"))
         except KeyError:
             raise Stop(
-                f"roster.csv must have the columns {', '.join(ROSTER)}; only the first must be filled."
+                f"roster.csv must have the columns {', '.join(ROSTER)}, with commas; only the first must be filled."
             ) from None
+        except UnicodeDecodeError:
+            raise Stop("course.toml or roster.csv is not stored as UTF-8: in Excel, save it as `CSV UTF-8`.") from None
         except ValueError as error:
             raise Stop(f"course.toml or roster.csv cannot be read: {error}") from error
-        if unknown := set(self.tables) - TABLES:
+        if unknown := set(self.tables) - TABLES.keys():
             raise Stop(f"course.toml has [{min(unknown)}]; the tables are {', '.join(sorted(TABLES))}.")
+        for table, (fits, form) in TABLES.items():
+            entries = self.tables.get(table, {})
+            for name, value in entries.items() if isinstance(entries, dict) else [(table, entries)]:
+                if not (fits(value) and isinstance(entries, dict)):
+                    raise Stop(f"course.toml, [{table}]: {name} = {value} cannot be; it is written {form}.")
 
     def points(self, exercise):
         number = exercise["name"].removeprefix("exercise-").replace("-", ".")
@@ -94,7 +113,7 @@ def number(value):
 def write(path, rows):
     """A table as CSV; a cell that a spreadsheet would take for a formula gets an apostrophe."""
     columns = list(dict.fromkeys(name for row in rows for name in row if name != "notes"))
-    with open(path, "w", newline="", encoding="utf-8") as file:
+    with open(path, "w", newline="", encoding="utf-8", errors="backslashreplace") as file:
         writer = csv.DictWriter(file, [*columns, "notes"], restval="")
         writer.writeheader()
         writer.writerows([{name: shown(value) for name, value in row.items()} for row in rows])
@@ -114,22 +133,32 @@ def totals(course):
     chapters = {path.stem.removeprefix("marks-"): table(path) for path in paths}
     students = list(dict.fromkeys([*rules.roster, *(name for rows in chapters.values() for name in rows)]))
     rows = [total(name, chapters, rules) for name in students]
-    names = list(chapters)
-    plain = [{"student": row["student"], **{c: row[c] for c in names}, "total (%)": row["total"]} for row in rows]
-    moodle = [{"Email address": who(row, rules, "email"), "ID number": who(row, rules, "id"),
-               **{c: row[c] for c in names}} for row in rows]  # fmt: skip
-    best = {"Student": "    Points Possible", "ID": "", "SIS Login ID": "", "Section": ""}
-    best |= {c: max((row["of"] for row in chapters[c].values()), key=float) for c in names}
-    canvas = [best] + [{"Student": who(row, rules, "name") or row["student"], "ID": who(row, rules, "id"),
-                        "SIS Login ID": row["student"], "Section": "", **{c: row[c] for c in names}}
-                       for row in rows]  # fmt: skip
-    made = {"marks.csv": plain, "moodle.csv": moodle, "canvas.csv": canvas}
+    best = {chapter: max((row["of"] for row in found.values()), key=float) for chapter, found in chapters.items()}
+    plain = [{"student": row["student"], **{c: row[c] for c in best}, "total (%)": row["total"]} for row in rows]
+    made = {"marks.csv": plain, "moodle.csv": moodle(rows, best, rules), "canvas.csv": canvas(rows, best, rules)}
     for name, content in made.items():
-        with open(course / name, "w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, list(content[-1]))
+        with open(course / name, "w", newline="", encoding="utf-8", errors="backslashreplace") as file:
+            writer = csv.DictWriter(file, list(content[0]) if content else [])
             writer.writeheader()
             writer.writerows([{key: shown(value) for key, value in row.items()} for row in content])
     return [course / name for name in made]
+
+
+def moodle(rows, best, rules):
+    """Rows for Moodle, which knows no mark as `-`, and gives a row without its user to the user before it."""
+    columns = (("Email address", "email"), ("ID number", "id"))
+    title, column = max(columns, key=lambda one: sum(bool(who(row, rules, one[1])) for row in rows))
+    if without := [row["student"] for row in rows if not who(row, rules, column)]:
+        print(f"moodle.csv is without {', '.join(without)}: roster.csv says no {column} for them.")
+    return [{title: user, **{c: row[c] or "-" for c in best}} for row in rows if (user := who(row, rules, column))]
+
+
+def canvas(rows, best, rules):
+    """Rows for Canvas, whose own column `ID` is a number that only Canvas knows."""
+    first = {"Student": "    Points Possible", **dict.fromkeys(("ID", "SIS User ID", "SIS Login ID", "Section"), "")}
+    return [{**first, **best}] + [
+        {**first, "Student": who(row, rules, "name") or row["student"], "SIS User ID": who(row, rules, "id"),
+         "SIS Login ID": row["student"], **{c: row[c] for c in best}} for row in rows]  # fmt: skip
 
 
 def table(path):

@@ -1,4 +1,4 @@
-"""Runs one student's answers and the checks that belong to them, in a process of its own: `grading` starts it.
+"""Runs one student's answers and the checks that belong to them, in a process of its own: `student_run` starts it.
 
 It knows neither `book` nor the chapters. The job comes through stdin; results go to a file, line by line, each with
 the job's nonce. The order: the chapter's own cells (their names are kept), then the student's, then every check on
@@ -131,14 +131,18 @@ class Magics:
 
 
 def run(source, names, filename):
-    """Run a cell's source; of magics, `Magics` says what they do."""
+    """Run a cell's source; of magics, `Magics` says what they do, and what it awaits is awaited, as in a notebook."""
     try:
         tree = ast.parse(source, filename)
     except SyntaxError:
         from IPython.core.inputtransformer2 import TransformerManager
 
         tree = ast.parse(TransformerManager().transform_cell(source), filename)
-    exec(compile(tree, filename, "exec"), names)
+    awaited = eval(compile(tree, filename, "exec", ast.PyCF_ALLOW_TOP_LEVEL_AWAIT), names)
+    if awaited is not None:
+        import asyncio
+
+        asyncio.run(awaited)
 
 
 def load_what_is_named(cells):

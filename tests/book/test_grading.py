@@ -8,9 +8,13 @@ import os
 
 import pytest
 
-from book.chapters import grading, marks, normalise
+from book.chapters import normalise
 from book.chapters.cells import source, tags
-from book.chapters.student import grade_id
+from book.chapters.student import grade_id, student_copy
+from book.grading import __main__ as command
+from book.grading import gradebook, student_run
+from book.grading.assign import assign
+from book.grading.grade import grade
 from book.setup import names
 from book.setup.paths import ROOT, Stop
 from tests.helpers.chapter import chapter, code, markdown
@@ -135,7 +139,7 @@ def book(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def sheet(book):
-    return grading.student_copy(normalise.read(book))
+    return student_copy(normalise.read(book))
 
 
 def cell_of(submission, name):
@@ -179,6 +183,43 @@ def without_metadata(sheet):
     return submission
 
 
+def without_all_names(sheet):
+    """As some programs store a notebook: neither ids nor metadata."""
+    submission = without_metadata(sheet)
+    for cell in submission["cells"]:
+        del cell["id"]
+    return submission
+
+
+def with_damage(sheet):
+    submission = answered(sheet)
+    cell_of(submission, "exercise-7-2-answer")["source"] = 7
+    submission["cells"][2:2] = [7, {"cell_type": "code"}, {**submission["cells"][2], "metadata": []}]
+    return submission
+
+
+def backwards(sheet):
+    submission = answered(sheet)
+    return {**submission, "cells": submission["cells"][::-1]}
+
+
+def answer_moved_to_the_end(sheet):
+    submission = answered(sheet)
+    submission["cells"].append(
+        submission["cells"].pop(submission["cells"].index(cell_of(submission, "exercise-7-2-answer")))
+    )
+    return submission
+
+
+def answered_below_the_check(sheet):
+    """A copy of the answer cell, pasted behind its check and filled in there."""
+    submission = answered(sheet, _2="def half(length):\n    raise NotImplementedError")
+    place = submission["cells"].index(cell_of(submission, "exercise-7-2-check"))
+    twin = {**cell_of(submission, "exercise-7-2-answer"), "id": "twin", "source": RIGHT["exercise-7-2-answer"]}
+    submission["cells"].insert(place + 1, twin)
+    return submission
+
+
 def with_a_helper(sheet):
     submission = answered(sheet, _2="def half(length):\n    return divided(length)")
     submission["cells"].insert(5, {**code("%matplotlib inline\ndef divided(x):\n    return x / 2"), "id": "mine"})
@@ -194,12 +235,23 @@ ODD = {
     "endless": (lambda s: answered(s, _2=ENDLESS), 2, "did not come to an end"),
     "ends-it-all": (lambda s: answered(s, _2="import os\nos._exit(0)"), 2, "or ended the program"),
     "duplicated": (duplicated, 3, "the last one counts"),
-    "check-deleted": (lambda s: without(answered(s), "exercise-7-2-check"), 3, ""),
+    "check-deleted": (lambda s: without(answered(s), "exercise-7-2-check"), 3, "check: was deleted"),
     "answer-deleted": (lambda s: without(answered(s), "exercise-7-2-answer"), 2, "was deleted"),
     "check-edited": (lambda s: answered(s, _2="half = 3"), 2, ""),
     "to-markdown": (turned_to_markdown, 3, "was turned to markdown"),
     "no-metadata": (without_metadata, 3, ""),
     "helper-and-magic": (with_a_helper, 3, ""),
+    "awaits": (
+        lambda s: answered(s, _2=f"import asyncio\nawait asyncio.sleep(0)\n{RIGHT['exercise-7-2-answer']}"),
+        3,
+        "",
+    ),
+    "half-a-letter": (lambda s: answered(s, _1="raise ValueError('\\ud800')"), 2, ""),
+    "no-names": (without_all_names, 3, ""),
+    "damaged": (with_damage, 2, "cell 3 is damaged and was left out; cell 4 is damaged and was left out; cell 5 is"),
+    "backwards": (backwards, 3, "another order than in the sheet"),
+    "moved": (answer_moved_to_the_end, 3, "another order than in the sheet"),
+    "below-the-check": (answered_below_the_check, 3, "exercise-7-2-answer: is there 2 times; the last one counts"),
     "timed-cell": (lambda s: answered(s, _2=f"%%time\n{RIGHT['exercise-7-2-answer']}"), 3, ""),
 }
 
@@ -209,8 +261,8 @@ def course(book, sheet, tmp_path_factory):
     """A course of honest, odd and dishonest students, graded twice over with the same end."""
     folder = tmp_path_factory.mktemp("course")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(grading, "CELL_TIMEOUT_S", 6)
-        grading.assign(book, folder)
+        patch.setattr(student_run, "CELL_TIMEOUT_S", 6)
+        assign(book, folder)
         for student, (make, _, _) in ODD.items():
             hand_in(folder, student, normalise.dumps(make(sheet)))
         for name, attack in ATTACKS.items():
@@ -226,7 +278,10 @@ def course(book, sheet, tmp_path_factory):
         hand_in(folder, "browser", normalise.dumps(answered(sheet)), f"{NAME} (1).ipynb")
         hand_in(folder, "renamed", normalise.dumps(answered(sheet)), "Ä chapter.ipynb")
         hand_in(folder, "windows", "\ufeff" + normalise.dumps(answered(sheet)).replace("\n", "\r\n"))
+        for kind in ("utf-16", "utf-16-le", "utf-32", "latin-1"):
+            hand_in(folder, kind, json.dumps(answered(sheet), ensure_ascii=False), encoding=kind)
         hand_in(folder, "broken", "this is no notebook")
+        hand_in(folder, "deep", "[" * 10**5)
         hand_in(folder, "old", json.dumps({"nbformat": 3, "worksheets": []}))
         hand_in(folder, "twice", normalise.dumps(sheet))
         hand_in(folder, "twice", normalise.dumps(answered(sheet)), "newer.ipynb")
@@ -244,14 +299,14 @@ def course(book, sheet, tmp_path_factory):
             "student,name,email,id\n"
             + "".join(f"{s},=Name of {s},{s}@uni.example,{n}\n" for n, s in enumerate(students))
         )
-        grading.grade(NAME, folder)
+        grade(NAME, folder)
     return folder
 
 
-def hand_in(folder, student, text, name=f"{NAME}.ipynb"):
+def hand_in(folder, student, text, name=f"{NAME}.ipynb", encoding="utf-8"):
     place = folder / "submitted" / student
     place.mkdir(parents=True, exist_ok=True)
-    (place / name).write_text(text, encoding="utf-8", newline="")
+    (place / name).write_text(text, encoding=encoding, newline="")
 
 
 def rows(course, name=f"marks-{NAME}.csv", key="student"):
@@ -265,6 +320,7 @@ def test_each_submission_ends_with_the_right_mark(course, student):
     assert (float(row["marks"]), row["of"]) == (wanted, "3"), row
     assert note in row["notes"]
     assert "flagged" not in row["notes"]
+    assert note or not row["notes"].removeprefix("not on the roster").removeprefix("; "), "no sentence without a cause"
 
 
 @pytest.mark.parametrize("name", ATTACKS)
@@ -290,8 +346,11 @@ def test_odd_files_get_their_mark_or_a_sentence(course):
     assert found["browser"]["marks"] == found["renamed"]["marks"] == found["windows"]["marks"] == "3"
     assert f"graded: {NAME} (1).ipynb" in found["browser"]["notes"]
     assert found["twice"]["marks"] == found["fuller"]["marks"] == "3"
+    for kind in ("utf-16", "utf-16-le", "utf-32", "latin-1"):
+        assert found[kind]["marks"] == "3", kind
+    assert "its letters are not stored as UTF-8" in found["latin-1"]["notes"]
     assert "2 notebooks of this chapter" in found["twice"]["notes"]
-    for student in ("broken", "old", "empty", "absent"):
+    for student in ("broken", "old", "deep", "empty", "absent"):
         assert found[student]["marks"] == found[student]["exercise-7-1"] == "", "what was not graded is blank, not 0"
     assert "not graded: it is not a notebook" in found["broken"]["notes"]
     assert "not graded: it is a notebook of another format" in found["old"]["notes"]
@@ -315,7 +374,7 @@ def test_feedback_is_a_page_with_the_checks_own_words(course):
 
 
 def test_totals_go_into_tables_for_moodle_and_canvas(course):
-    for path in marks.totals(course):
+    for path in gradebook.totals(course):
         assert path.exists()
     assert rows(course, "marks.csv")["one-criterion"] == {"student": "one-criterion", NAME: "2.5", "total (%)": "83.3"}
     assert rows(course, "marks.csv")["absent"][NAME] == ""
@@ -329,7 +388,7 @@ def test_points_weights_and_lateness_are_the_courses_own(course, tmp_path):
     (tmp_path / "course.toml").write_text(
         '[points]\n"7.2" = 4\n[due]\n"07" = 2026-03-01T12:00:00\n[late]\nper_day = 0.1\nat_most = 0.25\n'
         '[days_late]\n"07" = { ada = 0 }\n[weights]\n"07" = 2\n')  # fmt: skip
-    rules, path = marks.Rules(tmp_path), tmp_path / "sheet.ipynb"
+    rules, path = gradebook.Rules(tmp_path), tmp_path / "sheet.ipynb"
     path.touch()
     assert rules.points({"name": "exercise-7-2", "points": 1}) == 4
     assert rules.points({"name": "exercise-7-1", "points": 1}) == 1
@@ -345,7 +404,7 @@ def test_points_weights_and_lateness_are_the_courses_own(course, tmp_path):
     assert rules.late(NAME, "ada", path) == (1.0, [])
     (tmp_path / "course.toml").write_text("[wieghts]\n")
     with pytest.raises(Stop, match=r"course.toml has \[wieghts\]"):
-        marks.Rules(tmp_path)
+        gradebook.Rules(tmp_path)
 
 
 # ---- handing out -------------------------------------------------------------------------------------------
@@ -362,13 +421,13 @@ def test_a_thin_sheet_shows_neither_answer_nor_reference(course, book):
 def test_hidden_tests_must_belong_to_an_exercise(book, tmp_path):
     place = tmp_path / "hidden" / NAME
     with pytest.raises(Stop, match="There is no folder"):
-        grading.assign(book, tmp_path / "course", tmp_path / "hidden")
+        assign(book, tmp_path / "course", tmp_path / "hidden")
     place.mkdir(parents=True)
     with pytest.raises(Stop, match="holds no hidden tests"):
-        grading.assign(book, tmp_path / "course", tmp_path / "hidden")
+        assign(book, tmp_path / "course", tmp_path / "hidden")
     (place / "exercise-7.2.py").write_text("assert True")
     with pytest.raises(Stop, match=r"holds exercise-7.2.py, but the exercises are exercise-7-1, exercise-7-2"):
-        grading.assign(book, tmp_path / "course", tmp_path / "hidden")
+        assign(book, tmp_path / "course", tmp_path / "hidden")
 
 
 def test_hidden_tests_are_tried_on_the_solution_and_count(book, sheet, tmp_path):
@@ -376,12 +435,12 @@ def test_hidden_tests_are_tried_on_the_solution_and_count(book, sheet, tmp_path)
     place.mkdir(parents=True)
     (place / "exercise-7-2.py").write_text("assert half(2) == 2, 'this is wrong'")
     with pytest.raises(Stop, match=r"Exercise 7.2 .* the book's own solution does not pass: .*this is wrong"):
-        grading.assign(book, course, tmp_path / "hidden")
+        assign(book, course, tmp_path / "hidden")
     (place / "exercise-7-2.py").write_text("assert half(np.array([2.0, 4.0])).tolist() == [1, 2]")
-    grading.assign(book, course, tmp_path / "hidden")
+    assign(book, course, tmp_path / "hidden")
     assert "tolist" not in (course / "release" / f"{NAME}.ipynb").read_text()
     hand_in(course, "plain", normalise.dumps(answered(sheet, _2="def half(x):\n    return float(x) / 2")))
-    (row,) = grading.grade(NAME, course)
+    (row,) = grade(NAME, course)
     assert row["exercise-7-2"] == 0.67
 
 
@@ -390,7 +449,7 @@ def test_a_check_that_accepts_an_empty_sheet_is_refused(tmp_path):
     path = tmp_path / f"{NAME}.ipynb"
     normalise.write(path, normalise.normalise({"cells": cells, "nbformat": 4}))
     with pytest.raises(Stop, match="its check accepts an empty sheet"):
-        grading.assign(path, tmp_path / "course")
+        assign(path, tmp_path / "course")
 
 
 @pytest.mark.parametrize(
@@ -404,7 +463,7 @@ def test_a_check_that_accepts_an_empty_sheet_is_refused(tmp_path):
     ],
 )
 def test_the_command_says_in_a_sentence_what_is_wrong(arguments, sentence, tmp_path, capsys):
-    assert grading.main([str(tmp_path) if word == "COURSE" else word for word in arguments]) == 1
+    assert command.main([str(tmp_path) if word == "COURSE" else word for word in arguments]) == 1
     assert sentence in capsys.readouterr().err
 
 
@@ -446,4 +505,4 @@ ALL_CHECKS = names.chapters() if os.environ.get("OMX_ALL_CHECKS") else []
 @pytest.mark.parametrize("path", ALL_CHECKS, ids=lambda path: path.stem)
 def test_each_check_of_the_book_knows_its_solution_and_refuses_nothing_and_nonsense(path, tmp_path):
     """Minutes for all chapters: `OMX_ALL_CHECKS=1` asks for it. `assign` does the same for the one it hands out."""
-    grading.assign(path, tmp_path)
+    assign(path, tmp_path)
