@@ -69,5 +69,5 @@ def test_every_action_is_pinned_by_its_commit_and_names_its_version():
 
 def test_the_page_names_a_spawner_that_keeps_the_memory_limit():
     page = (ROOT / "book" / "teach" / "serving.md").read_text(encoding="utf-8")
-    for word in ("SystemdSpawner", "DockerSpawner", "subdomain_host"):
+    for word in ("SystemdSpawner", "`MemoryMax`", "DockerSpawner", "**Not run**", "subdomain_host"):
         assert word in page
