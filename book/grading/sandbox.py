@@ -165,12 +165,12 @@ def load_what_is_named(cells):
 def the_student(job, fresh, keeper, say):
     """{name: value} of the answers, each as it was when its check was reached. Cells in `skip` are left out."""
     names, answers, copies = namespace("student"), {}, {}
-    given = {cell["id"]: cell["source"] for cell in job["chapter"] if cell["role"] == "given"}
+    given = {cell["id"]: meant(cell["source"]) for cell in job["chapter"] if cell["role"] == "given"}
     wanted = {exercise["check"]: exercise["answers"] for exercise in job["exercises"]}
     for cell in job["student"]:
         if cell["id"] in wanted:
             answers.update(taken(names, wanted.pop(cell["id"])))
-        elif given.get(cell["id"]) == cell["source"]:
+        elif given.get(cell["id"]) == meant(cell["source"]):
             for name, value in fresh[cell["id"]].items():  # the chapter's own cell, which has run already
                 names[name] = copied(value, copies)
         elif cell["id"] not in job["skip"]:
@@ -187,6 +187,13 @@ def the_student(job, fresh, keeper, say):
     for left in wanted.values():
         answers.update(taken(names, left))
     return answers
+
+
+def meant(source):
+    """The code without its comments and blanks, to know a cell by."""
+    with contextlib.suppress(SyntaxError, ValueError, RecursionError):
+        return ast.dump(ast.parse(source))
+    return source
 
 
 def copied(value, copies):
@@ -294,12 +301,13 @@ class Keeper:
         self._modules = {n: m for n, m in sorted(sys.modules.items())
                          if n.split(".")[0] in RELIED_ON and isinstance(m, types.ModuleType)}  # fmt: skip
         self._builtins, self._absent = set(vars(builtins)), object()
-        self._dicts = [(n, vars(m), held(n, m)) for n, m in [*self._modules.items(), ("builtins", builtins)]]
-        ours = [v for n, _, was in self._dicts if n.split(".")[0] == "omx" for v in was.values()]
+        kept = [*self._modules.items(), ("builtins", builtins)]
+        self._dicts = [(n, vars(m), held(n, m), self._builtins - vars(m).keys()) for n, m in kept]
+        ours = [v for n, _, was, _ in self._dicts if n.split(".")[0] == "omx" for v in was.values()]
         self._codes = {v: v.__code__ for v in ours if isinstance(v, types.FunctionType)}
         things = {id(v): v for value in filter(is_a_thing, ours) for v in (value, *vars(prepared(value)).values())}
         self._things = [(v, dict(vars(prepared(v)))) for v in things.values() if is_a_thing(v)]
-        classes = {v for _, _, was in self._dicts for v in was.values() if isinstance(v, type)}
+        classes = {v for _, _, was, _ in self._dicts for v in was.values() if isinstance(v, type)}
         self._classes = {v: methods(v) for v in classes if v.__flags__ & CHANGEABLE}
         self._known, waiting = {object}, [object]
         while waiting:
@@ -312,12 +320,12 @@ class Keeper:
     def put_back(self):
         """Put back what is not as it was; what that is, in words, or ''. Builtins come first: all else needs them."""
         self.found = ""
-        for module, d, was in reversed(self._dicts):
+        for module, d, was, free in reversed(self._dicts):
             for name, value in was.items():
                 if d.get(name, self._absent) is not value:
                     self._note(f"{module}.{name} was replaced")
                     d[name] = value
-            for name in d.keys() & self._builtins - was.keys() if module != "builtins" else ():
+            for name in d.keys() & free:
                 if not (name.startswith("__") or isinstance(d[name], types.ModuleType)):
                     self._note(f"{module}.{name} was added, in place of Python's own")
                     del d[name]

@@ -3,6 +3,7 @@
 import ast
 import copy
 import csv
+import importlib
 import json
 import os
 
@@ -12,7 +13,7 @@ from book.chapters import normalise
 from book.chapters.cells import source, tags
 from book.chapters.student import grade_id, student_copy
 from book.grading import __main__ as command
-from book.grading import gradebook, student_run
+from book.grading import gradebook, sandbox, student_run
 from book.grading.assign import assign
 from book.grading.grade import grade
 from book.setup import names
@@ -339,6 +340,11 @@ def test_attacks_are_flagged(course):
     }
     print({name: rows(course)[f"attack {name}"]["notes"] for name in ATTACKS})
     assert set(ATTACKS) - set(flagged) <= harmless
+
+
+def test_what_lies_in_a_module_from_the_beginning_is_nobodys_doing():
+    assert importlib.import_module("sympy.physics.units.definitions.unit_definitions").bytes, "a unit, named as Python's"
+    assert sandbox.Keeper().put_back() == ""
 
 
 def test_odd_files_get_their_mark_or_a_sentence(course):
