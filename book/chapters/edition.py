@@ -66,12 +66,24 @@ include = ["omx*"]
 def write(target, wheels=False, root=ROOT, graded=()):
     """Write the edition; its path. Raises `Refused` or `Stop`, and then leaves no file."""
     target = Path(target).resolve()
+    if target.is_dir() or not target.parent.is_dir():
+        raise Stop(f"{target} cannot be written: name a file, in a folder that is there.")
     files = contents(root, graded)
     found = leaks(files, root)
     if found:
         raise Refused(f"a solution or note can still be read in the edition: {'; '.join(found[:3])}")
     partial = target.with_name(target.name + ".part")
-    with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive:
+    try:
+        pack(partial, files, wheels)
+        partial.replace(target)
+    finally:
+        partial.unlink(missing_ok=True)
+    return target
+
+
+def pack(path, files, wheels):
+    """Write the files, and the packages where they are wanted, into an archive."""
+    with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         if wheels:
             download(Path(folder))
             files.pop("book/setup/hashes.txt", None)  # what was built here has other hashes
@@ -81,8 +93,6 @@ def write(target, wheels=False, root=ROOT, graded=()):
             add(archive, name, files[name])
         for wheel in sorted(Path(folder).iterdir()):
             add(archive, f"wheels/{wheel.name}", wheel.read_bytes(), zipfile.ZIP_STORED)
-    partial.replace(target)
-    return target
 
 
 def contents(root=ROOT, graded=()):

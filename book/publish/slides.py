@@ -14,9 +14,8 @@ import html
 import shutil
 import sys
 import time
-from pathlib import Path
 
-from book.chapters import cells, execute, runs
+from book.chapters import cells, execute, normalise, runs
 from book.publish import deck, handout, notices, npm, shared, slide_lint
 from book.setup.paths import ROOT, Stop
 
@@ -90,13 +89,13 @@ def print_handouts(decks, folder):
 
 def main(argv=None):
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("notebooks", nargs="*", type=Path, help="default: every chapter")
+    parser.add_argument("notebooks", nargs="*", help="default: every chapter")
     parser.add_argument("--no-pdf", action="store_true", help="decks only, no handouts")
     parser.add_argument("--check", action="store_true", help="decks only; is every slide fit to be shown?")
     options = parser.parse_args(argv)
     start = time.perf_counter()
     try:
-        decks = build(options.notebooks)
+        decks = build(normalise.chapters(options.notebooks))
         if options.check:
             return 1 if slide_lint.check(decks) else 0
         if not options.no_pdf:

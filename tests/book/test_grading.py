@@ -343,7 +343,7 @@ def test_attacks_are_flagged(course):
 
 
 def test_what_lies_in_a_module_from_the_beginning_is_nobodys_doing():
-    assert importlib.import_module("sympy.physics.units.definitions.unit_definitions").bytes, "a unit, named as Python's"
+    assert importlib.import_module("sympy.physics.units.definitions.unit_definitions").bytes, "a unit"
     assert sandbox.Keeper().put_back() == ""
 
 

@@ -2,6 +2,7 @@
 
 import ast
 import hashlib
+import importlib
 import importlib.util
 import os
 import random
@@ -637,6 +638,28 @@ def test_what_names_no_chapter_is_told(name, told, monkeypatch):
     monkeypatch.chdir(ROOT / "tests")
     with pytest.raises(paths.Stop, match=re.escape(told)):
         names.chapter(name)
+
+
+@pytest.mark.parametrize(
+    ("module", "arguments", "told"),
+    [
+        ("publish.slides", ["nothing"], "There is no chapter 'nothing'"),
+        ("chapters.student", ["nothing"], "There is no chapter 'nothing'"),
+        ("chapters.student", ["--edition", "FOLDER"], "cannot be written: name a file"),
+        ("chapters.student", ["--edition", "FOLDER/none/x.zip"], "cannot be written: name a file"),
+        ("reader.handin", ["99"], "There is no chapter '99'"),
+        ("reader.solutions", ["x"], "'x' is no exercise"),
+        ("chapters.new", ["../x"], "must be words in small letters"),
+    ],
+)
+def test_a_tool_says_in_a_sentence_what_it_cannot_take(module, arguments, told, tmp_path, capsys):
+    said = ""
+    try:
+        importlib.import_module(f"book.{module}").main([word.replace("FOLDER", str(tmp_path)) for word in arguments])
+    except (SystemExit, paths.Stop) as stop:
+        said = str(stop)
+    assert told in said + capsys.readouterr().err
+    assert not list(tmp_path.iterdir()), "no half of a file stays"
 
 
 def test_a_path_opens_that_file_and_a_labs_duplicate_is_no_chapter(tmp_path, monkeypatch):
