@@ -5,7 +5,7 @@ import sys
 
 from book.chapters import normalise
 from book.chapters.execute import execute
-from book.setup.paths import NOTEBOOKS, ROOT, Stop
+from book.setup.paths import NOTEBOOKS, ROOT, Stop, in_a_sentence
 
 #: A question about an earlier chapter, its answer closed.
 RECALL = "**{}.** «A question.»\n\n<details><summary>Answer</summary>\n\n«Its answer.»\n\n</details>"
@@ -53,17 +53,15 @@ def cell(kind, text, tags):
     return made | ({"outputs": [], "execution_count": None} if kind == "code" else {})
 
 
+@in_a_sentence
 def main(argv):
     if len(argv) != 1:
-        sys.exit("new-chapter: name its topic, such as light-and-shadow.")
-    try:
-        path = new(argv[0]).relative_to(ROOT)
-    except Stop as stop:
-        sys.exit(f"new-chapter: {stop}")
+        raise Stop("Name its topic, such as light-and-shadow.")
+    path = new(argv[0]).relative_to(ROOT)
     number = path.name[:2]
     print(f"{path} is there. `python run.py check {number}` says what is left to do, `lab --author {number}` opens it.")
     print("At the end: a line in README.md, and one in CHANGELOG.md.")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    sys.exit(main(sys.argv[1:]))

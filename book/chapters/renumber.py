@@ -12,7 +12,7 @@ from pathlib import Path
 
 from book.chapters import normalise
 from book.setup import names
-from book.setup.paths import NOTEBOOKS, ROOT, Stop
+from book.setup.paths import NOTEBOOKS, ROOT, Stop, in_a_sentence
 
 #: Texts that may speak of chapters; what the chapters write is written by them again.
 TEXTS = {".md", ".py", ".js", ".ipynb", ".html", ".css", ".toml", ".csv"}
@@ -84,24 +84,22 @@ class Renumbering:
             Path(folder, f"{stem}.moved").rename(folder / f"{new}.ipynb")
 
 
+@in_a_sentence
 def main(argv):
-    try:
-        places = {}
-        for word in argv:
-            name, _, number = word.partition("=")
-            if not number.isdecimal():
-                raise Stop(f"{word!r} must be a chapter and its new number: screws=4.")
-            places[names.chapter(name).stem] = int(number)
-        if not places:
-            raise Stop("name the chapters that move, and their new numbers: screws=4 weight=8.")
-        new = Renumbering(moved([path.stem for path in names.chapters()], places))
-        new.apply()
-    except Stop as stop:
-        sys.exit(f"renumber: {stop}")
+    places = {}
+    for word in argv:
+        name, _, number = word.partition("=")
+        if not number.isdecimal():
+            raise Stop(f"{word!r} must be a chapter and its new number: screws=4.")
+        places[names.chapter(name).stem] = int(number)
+    if not places:
+        raise Stop("Name the chapters that move, and their new numbers: screws=4 weight=8.")
+    new = Renumbering(moved([path.stem for path in names.chapters()], places))
+    new.apply()
     for old, stem in new.stems.items():
         print(f"{old} -> {stem}" if old != stem else old)
     print("Read the change, and look for bare numbers in code; then `python run.py execute`.")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    sys.exit(main(sys.argv[1:]))

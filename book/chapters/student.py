@@ -20,7 +20,7 @@ from pathlib import Path
 from book.chapters import normalise
 from book.chapters.cells import TAGS, is_code, slide_type, source, tags
 from book.chapters.lint import exercises
-from book.setup.paths import BUILD, Stop
+from book.setup.paths import BUILD, Stop, in_a_sentence
 
 STUDENT = BUILD / "student"
 SHORT = 10  # shorter lines, such as `return q`, give nothing away
@@ -244,6 +244,7 @@ def written(folder):
         return {}
 
 
+@in_a_sentence
 def main(argv=None):
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("notebooks", nargs="*", help="default: every chapter")
@@ -253,20 +254,14 @@ def main(argv=None):
     parser.add_argument("--wheels", action="store_true", help="with the packages for this system, to install offline")
     options = parser.parse_args(argv)
     graded = tuple(options.graded.split(",")) if options.graded else ()
-    try:
-        if options.edition:
-            from book.chapters import edition
+    if options.edition:
+        from book.chapters import edition
 
-            print(edition.write(options.edition, options.wheels, graded=graded))
-            return 0
-        options.to.mkdir(parents=True, exist_ok=True)
-        refused = [
-            path for path in normalise.chapters(options.notebooks) if not wrote(path, options.to / path.name, graded)
-        ]
-        return 1 if refused else 0
-    except (Stop, OSError) as reason:
-        print(f"run.py: {reason}", file=sys.stderr)
-        return 1
+        print(edition.write(options.edition, options.wheels, graded=graded))
+        return 0
+    options.to.mkdir(parents=True, exist_ok=True)
+    paths = normalise.chapters(options.notebooks)
+    return 1 if [path for path in paths if not wrote(path, options.to / path.name, graded)] else 0
 
 
 def wrote(path, target, graded=()):

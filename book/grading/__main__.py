@@ -19,9 +19,10 @@ from book.grading import gradebook
 from book.grading.assign import assign
 from book.grading.grade import grade
 from book.setup import names
-from book.setup.paths import ROOT, Stop
+from book.setup.paths import ROOT, Stop, in_a_sentence
 
 
+@in_a_sentence
 def main(argv=None):
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("what", choices=("assign", "grade", "marks"))
@@ -33,23 +34,16 @@ def main(argv=None):
     if hasattr(sys.stdout, "reconfigure"):
         sys.stdout.reconfigure(errors="backslashreplace")  # a student may have any letters in a name
     course = Path(os.path.abspath(options.course))
-    try:
-        if course.is_relative_to(ROOT):
-            raise Stop("Put the course's folder outside the book's own.")
-        if options.what == "marks":
-            print(*gradebook.totals(course), sep="\n")
-            return 0
-        if not options.chapter:
-            raise Stop(f"`grading {options.what}` wants a chapter, such as 03.")
-        chapter = names.chapter(options.chapter)
-        if options.what == "assign":
-            print(assign(chapter, course, options.hidden, thin=not options.open))
-        else:
-            grade(chapter.stem, course)
-    except (Stop, OSError) as error:
-        print(f"grading: {error}", file=sys.stderr)
-        return 1
-    return 0
+    if course.is_relative_to(ROOT):
+        raise Stop("Put the course's folder outside the book's own.")
+    if options.what == "marks":
+        print(*gradebook.totals(course), sep="\n")
+    elif not options.chapter:
+        raise Stop(f"`grading {options.what}` wants a chapter, such as 03.")
+    elif options.what == "assign":
+        print(assign(names.chapter(options.chapter), course, options.hidden, thin=not options.open))
+    else:
+        grade(names.chapter(options.chapter).stem, course)
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ from book.chapters.cells import is_code, is_note, source, tags
 from book.chapters.student import Refused, student_copy
 from book.reader import merge, overview
 from book.setup import names
-from book.setup.paths import ROOT, WORK, Stop
+from book.setup.paths import ROOT, WORK, Stop, in_a_sentence
 from book.setup.update import earlier
 
 GIVEN = ".given"
@@ -142,21 +142,17 @@ def shown(path):
     return path.relative_to(ROOT).as_posix() if path.is_relative_to(ROOT) else str(path)
 
 
+@in_a_sentence
 def main(argv):
-    try:
-        if argv[:1] == ["reset"]:
-            if len(argv) == 1:
-                raise Stop("Which chapter? For example: python run.py reset 03")
-            for name in argv[1:]:
-                reset(name)
-        else:
-            for old in (word for word in argv[1:] if word != "--carry-over"):
-                take_along(old)
-            carry_over()
-    except (Stop, OSError) as stop:
-        print(f"run.py: {stop}", file=sys.stderr)
-        return 1
-    return 0
+    if argv[:1] == ["reset"]:
+        if len(argv) == 1:
+            raise Stop("Which chapter? For example: python run.py reset 03")
+        for name in argv[1:]:
+            reset(name)
+    else:
+        for old in (word for word in argv[1:] if word != "--carry-over"):
+            take_along(old)
+        carry_over()
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from urllib.parse import quote
 
 from book.reader import folder
 from book.setup import names
-from book.setup.paths import NOTEBOOKS, ROOT, WINDOWS, WORK, Stop
+from book.setup.paths import NOTEBOOKS, ROOT, WINDOWS, WORK, Stop, in_a_sentence
 
 #: JupyterLab's short options that say the same as one of ours.
 LONG = {
@@ -89,18 +89,14 @@ def start(arguments):
     server.start()
 
 
+@in_a_sentence
 def main(arguments):
     if set(arguments) & {"--version", "-h", "--help", "--help-all", "--generate-config"} or arguments[:1] == ["list"]:
         from jupyterlab.labapp import main as lab
 
         return lab(argv=arguments)
-    try:
-        is_author = "--author" in arguments
-        waiting = [] if is_author else folder.prepare()
-        _, taken = command_line(arguments)
-    except (Stop, OSError) as stop:
-        print(f"run.py: {stop}", file=sys.stderr)
-        return 1
+    waiting = [] if "--author" in arguments else folder.prepare()
+    _, taken = command_line(arguments)
     if waiting:
         numbers = ", ".join(name[:2] for name in waiting)
         print(f"New editions of {numbers} are here: `python run.py update` brings them in and keeps your answers.")

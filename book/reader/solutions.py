@@ -7,7 +7,7 @@ from book.chapters import normalise
 from book.chapters.cells import is_code, source, tags
 from book.chapters.student import title
 from book.setup import names
-from book.setup.paths import Stop
+from book.setup.paths import Stop, in_a_sentence
 
 
 def found(number):
@@ -32,15 +32,11 @@ def found(number):
     return kind, "\n\n".join(texts)
 
 
+@in_a_sentence
 def main(argv):
-    try:
-        if len(argv) != 1:
-            raise Stop("Of which exercise? For example: python run.py solution 3.1")
-        print(found(argv[0])[1])
-    except Stop as stop:
-        print(f"run.py: {stop}", file=sys.stderr)
-        return 1
-    return 0
+    if len(argv) != 1:
+        raise Stop("Of which exercise? For example: python run.py solution 3.1")
+    print(found(argv[0])[1])
 
 
 if __name__ == "__main__":

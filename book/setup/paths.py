@@ -1,6 +1,7 @@
 """Where the book's environment is, and whether it is ready. Standard library only, imported at every start."""
 
 import contextlib
+import functools
 import hashlib
 import os
 import re
@@ -31,6 +32,20 @@ UNWANTED_VARIABLES = (
 
 class Stop(Exception):
     """Set-up or launch cannot go on; the message is the one sentence that the user sees."""
+
+
+def in_a_sentence(main):
+    """A tool's `main` that ends with the sentence of a `Stop` or an OSError and the status 1, not a traceback."""
+
+    @functools.wraps(main)
+    def told(*arguments):
+        try:
+            return main(*arguments) or 0
+        except (Stop, OSError) as error:
+            print(f"run.py: {error}", file=sys.stderr)
+            return 1
+
+    return told
 
 
 def fingerprint():
