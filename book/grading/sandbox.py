@@ -180,7 +180,7 @@ def the_student(job, fresh, keeper, say):
                 run(cell["source"], names, f"<answer {cell['id']}>")
             except BaseException as error:  # whatever a student's cell does, the next one is looked at
                 stopped = error
-            if found := keeper.put_back():
+            if found := keeper.put_back(made_anew=True):
                 say(tampered=cell["id"], said=found)
             if stopped is not None:
                 say(stopped=cell["id"], said=told(stopped))
@@ -236,7 +236,7 @@ def looked_at(exercise, names, answers, keeper, tried, skip, say):
         said = "it does not come to an end" if place in skip else ""
         if not said:
             say(at=place, of="check")
-            said, printed = attempt(source, names, keeper)
+            said, printed = attempt(source, names, keeper, made_anew=not counts)
         if found := keeper.found:
             said = "something that the check relies on was replaced"
             say(tampered=exercise["check"], said=found)
@@ -249,7 +249,7 @@ def looked_at(exercise, names, answers, keeper, tried, skip, say):
         say(tampered=exercise["check"], said=tried.pop())
 
 
-def attempt(source, names, keeper):
+def attempt(source, names, keeper, made_anew):
     """(what went wrong or '', what was printed) of one statement; afterwards all is put back."""
     out, failed = io.StringIO(), None
     try:
@@ -257,7 +257,7 @@ def attempt(source, names, keeper):
             exec(compile(source, "<check>", "exec"), names)
     except BaseException as error:  # SystemExit and KeyboardInterrupt of an answer, too
         failed = error
-    keeper.put_back()
+    keeper.put_back(made_anew)
     return ("", " ".join(out.getvalue().split())[-LONG:]) if failed is None else (told(failed), "")
 
 
@@ -317,8 +317,11 @@ class Keeper:
         self._modules.pop("__main__", None)
         self.found = ""
 
-    def put_back(self):
-        """Put back what is not as it was; what that is, in words, or ''. Builtins come first: all else needs them."""
+    def put_back(self, made_anew=False):
+        """Put back what is not as it was; what that is, in words, or ''. Builtins come first: all else needs them.
+
+        `made_anew`: methods of the same code are no news; mpmath makes its own again with every new context.
+        """
         self.found = ""
         for module, d, was, free in reversed(self._dicts):
             for name, value in was.items():
@@ -336,7 +339,8 @@ class Keeper:
         for kind, was in self._classes.items():
             now = methods(kind)
             if not the_same(now, was):
-                self._note(f"a method of {kind.__name__} was replaced")
+                if not (made_anew and the_same(codes(now), codes(was))):
+                    self._note(f"a method of {kind.__name__} was replaced")
                 for name in now.keys() - was.keys():
                     delattr(kind, name)
                 for name, value in was.items():
@@ -390,6 +394,11 @@ def methods(kind):
     return {
         k: v for k, v in vars(kind).items() if (callable(v) or hasattr(type(v), "__get__")) and k not in PYTHONS_OWN
     }
+
+
+def codes(methods):
+    """The methods, Python's functions by their code."""
+    return {name: v.__code__ if isinstance(v, types.FunctionType) else v for name, v in methods.items()}
 
 
 def the_same(now, was):

@@ -72,7 +72,8 @@ def places(cells, key):
     It is known by the grader's mark, or by its id. Without these a check and a given cell are known by their text, if
     most checks are there, and an answer by the check behind it.
     """
-    ids = {*key["graded"].values(), *(cell["id"] for cell in key["chapter"])}
+    graded = set(key["graded"].values())
+    ids = graded | {cell["id"] for cell in key["chapter"]}
     known = [key["graded"].get(grade_id(cell)) or (cell.get("id") if cell.get("id") in ids else None) for cell in cells]
     by_text = {}
     for cell in key["chapter"]:
@@ -88,8 +89,9 @@ def places(cells, key):
             known[number] = texts.pop(0) if len(texts) > 1 else texts[0]
     for number, place in enumerate(known):
         wanted, before = [answer for answer in answers.get(place, ()) if answer not in known], number - 1
-        while wanted and before >= 0 and known[before] is None and cells[before]["cell_type"] == "code":
-            known[before] = wanted.pop()
+        while wanted and before >= 0 and known[before] not in graded:
+            if known[before] is None and cells[before]["cell_type"] == "code":
+                known[before] = wanted.pop()
             before -= 1
     return known
 
@@ -111,7 +113,8 @@ def submission(path, key):
         *damaged,
         *(f"{label(p, key)}: is there {n} times; the last one counts" for p, n in twice.items() if n > 1),
     ]
-    notes += [f"{label(p, key)}: was deleted" for p, cell in own.items() if cell["role"] != "given" and p not in twice]
+    marked = [place for exercise in key["exercises"] for place in (*exercise["cells"], exercise["check"])]
+    notes += [f"{label(place, key)}: was deleted" for place in dict.fromkeys(marked) if place not in twice]
     stand = [cell["id"] for cell in cells]
     if [p for p in stand if p in own and stand.count(p) == 1] != [p for p in own if stand.count(p) == 1]:
         notes.append("its cells stand in another order than in the sheet; they were run as they stand")

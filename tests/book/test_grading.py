@@ -7,6 +7,7 @@ import importlib
 import json
 import os
 
+import mpmath
 import pytest
 
 from book.chapters import normalise
@@ -344,7 +345,11 @@ def test_attacks_are_flagged(course):
 
 def test_what_lies_in_a_module_from_the_beginning_is_nobodys_doing():
     assert importlib.import_module("sympy.physics.units.definitions.unit_definitions").bytes, "a unit"
-    assert sandbox.Keeper().put_back() == ""
+    keeper = sandbox.Keeper()
+    assert keeper.put_back() == ""
+    mpmath.MPContext()  # makes the methods of its class again
+    assert keeper.put_back(made_anew=True) == ""
+    assert keeper.put_back() == "", "they are those that were there before"
 
 
 def test_odd_files_get_their_mark_or_a_sentence(course):
