@@ -79,3 +79,16 @@ def test_the_clock_of_the_labs_goes_forward_and_every_group_gets_its_turn():
         places = (1, 3) if arms == 1 else range(1, arms + 1)
         turns = [row[place] for row in rows for place in places if row[place] in "ABCD" and row[place]]
         assert sorted(turns) == list("ABCD")
+
+
+def test_an_afternoon_gives_every_group_both_labs_and_the_arms_a_pause():
+    text = (ROOT / "book/teach/labs.md").read_text(encoding="utf-8")
+    (table,) = re.findall(r"\*\*Two arms, an afternoon\*\*.*?\n\n(.*?)\n\n", text, re.DOTALL)
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in table.splitlines()]
+    spans = [[60 * int(h) + int(m) for h, m in re.findall(r"(\d):(\d\d)", row[0])] for row in rows if ":" in row[0]]
+    flat = [minute for span in spans for minute in span]
+    assert flat == sorted(flat)
+    turns = [turn for row in rows for cell in row[1:3] for turn in re.findall(r"([A-D]), chapter (\d+)", cell)]
+    assert sorted(turns) == [(group, chapter) for group in "ABCD" for chapter in ("10", "11")]
+    for start, end, *cells in [(*span, *row[1:]) for span, row in zip(spans, rows[2:], strict=True)]:
+        assert end - start == 35 or not re.search("chapter", cells[0])
