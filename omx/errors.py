@@ -82,8 +82,15 @@ class Unreachable(OmxError):
         super().__init__(
             f"({pose[0]:.2f}, {pose[1]:.2f}, {pose[2]:.2f}) mm at pitch {math.degrees(pose[3]):.2f} deg is out "
             f"of reach: {_rounded(missing, 3)} mm are missing. The nearest reachable pose with this pitch is "
-            f"({x:.2f}, {y:.2f}, {z:.2f}) mm."
+            f"({x:.2f}, {y:.2f}, {z:.2f}) mm.{slip_of_unit(pose)}"
         )
+
+
+def slip_of_unit(pose) -> str:
+    """A question, where the numbers of a pose can hardly be in mm and rad; else ''."""
+    if abs(pose[3]) > 4 * math.pi:
+        return " Is the pitch in degrees? It is wanted in rad."
+    return " Are x, y, z in metres? They are wanted in mm." if 0 < max(map(abs, pose[:3])) < 1 else ""
 
 
 class JointLimit(OmxError):

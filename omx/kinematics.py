@@ -25,7 +25,7 @@ from .arrays import (
     wrap,
 )
 from .dh import as_limits, clipped, limit_violations
-from .errors import BadInput, JointLimit, Unreachable, Violation
+from .errors import BadInput, JointLimit, Unreachable, Violation, slip_of_unit
 from .generated import CHAPTERS
 from .generated import fk as _fk
 from .generated import ik as _ik
@@ -226,7 +226,9 @@ def solve_ik(pose, start=HOME, geometry: Geometry = COURSE, limits=LIMITS) -> IK
     reachable = [s for s in solutions if s.reachable]
     if reachable:
         least = min(reachable, key=lambda s: max(v.excess for v in s.violations))
-        raise JointLimit(least.violations, clipped(least.q, limits), f"no legal branch; nearest is {least.branch}")
+        asked = slip_of_unit(target)
+        where = f"no legal branch{'.' + asked + ' N' if asked else '; n'}earest is {least.branch}"
+        raise JointLimit(least.violations, clipped(least.q, limits), where)
     raise _unreachable(target, solutions, geometry)
 
 

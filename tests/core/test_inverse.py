@@ -441,3 +441,20 @@ def test_angles_just_short_of_half_a_turn_stay_where_they_are():
     almost = nextafter(pi, 0)
     assert omx.pose((almost, 0, 0, 0)).x == pytest.approx(-274, abs=1e-9)
     assert omx.ik(omx.pose((almost, 0, 0, 0)))[0].q[0] == pytest.approx(pi, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("pose", "asked"),
+    [
+        ([0.2, 0, 0.1, 0], "metres? They are wanted in mm"),
+        ([200, 0, 100, 45], "degrees? It is wanted in rad"),
+        ([900, 0, 0, 90], "degrees? It is wanted in rad"),
+        ([900, 0, 0, 0], ""),
+        ([0, 0, 0, 0], ""),
+    ],
+)
+def test_a_slip_of_unit_is_asked_for(pose, asked):
+    with pytest.raises((omx.JointLimit, omx.Unreachable)) as refused:
+        omx.solve_ik(pose)
+    assert ("?" in str(refused.value)) == bool(asked)
+    assert asked in str(refused.value)
