@@ -4,6 +4,7 @@ import tempfile
 
 import numpy as np
 
+from omx.analysis import Inverse
 from omx.derive import write_inverse
 from tests.bench.c_code import compiled
 from tests.bench.peers.contest import Contest, agreed
@@ -13,14 +14,6 @@ from tests.helpers.six_joint_peers import PEERS, UNIT
 
 #: Poses whose answers are compared before one of them is timed.
 COMPARED = 200
-
-
-def answers(arm, module, T) -> np.ndarray:
-    """The branches (N, 8, 6) of hands T (N, 4, 4), NaN where out of reach."""
-    many, beyond = module.branches_batch(*columns(T)), module.missing_batch(*columns(T))
-    q = np.array([[np.broadcast_to(value, len(T)) for value in one] for one in many]).transpose(2, 0, 1)
-    missing = np.array([np.broadcast_to(gap, len(T)) for gap in beyond]).T
-    return np.where(missing[..., None] <= 1e-9, q, np.nan)
 
 
 def contest(peer: str, name: str) -> Contest:
@@ -40,7 +33,7 @@ def contest(peer: str, name: str) -> Contest:
     theirs = np.full((COMPARED, max(map(len, found)), 6), np.nan)
     for into, one in zip(theirs, found, strict=True):
         into[: len(one)] = one
-    ours = answers(arm, module, T)
+    ours = Inverse(arm, module).batch(T).q
     gap = agreed([gaps(arm, ours, theirs).max(), gaps(arm, theirs, ours).max()])
     one = theirs_T[0]
     bare = getattr(solve, "bare", solve)
