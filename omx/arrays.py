@@ -111,22 +111,22 @@ def as_four_or_rows(value, name: str, wanted: str, many: bool = True):
     An array of another library comes back as it is, with its shape checked.
     """
     try:
-        if value.__class__ is tuple or value.__class__ is list:
-            a, b, c, d = value
+        four: tuple = ()
+        if value.__class__ is tuple:
+            four = value
         elif value.__class__ is np.ndarray and value.ndim == 1:
-            a, b, c, d = value.tolist()
+            four = tuple(value.tolist())
         elif isinstance(value, _ORDERED):
-            a, b, c, d = value
+            four = tuple(value)
         elif is_foreign(value):
             return _of_four(value, name, wanted)
-        else:
-            a = b = c = d = None
-        if type(a) is type(b) is type(c) is type(d) is float:
-            if -HUGE < a + b + c + d < HUGE:
-                return a, b, c, d
-        elif {type(a), type(b), type(c), type(d)} == _PLAIN and -HUGE < a + b + c + d < HUGE:
+        a, b, c, d = four
+        if a.__class__ is float and b.__class__ is float and c.__class__ is float and d.__class__ is float:
+            if abs(a + b + c + d) < HUGE:
+                return four
+        elif {*map(type, four)} <= _PLAIN and abs(a + b + c + d) < HUGE:
             return float(a), float(b), float(c), float(d)
-    except (TypeError, ValueError):  # not four numbers: a batch, or a mistake that `as_rows` explains
+    except (TypeError, ValueError, OverflowError):  # not four numbers: a batch, or a mistake that `as_rows` explains
         pass
     rows = as_rows(value, name, 4, wanted, many)
     return tuple(rows.tolist()) if rows.ndim == 1 else rows

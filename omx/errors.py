@@ -289,7 +289,7 @@ class NotEqual(OmxError, AssertionError):
         self.residual, self.values, self.sides = residual, dict(values or {}), tuple(sides)
         at = ", ".join(f"{symbol} = {value:.6g}" for symbol, value in self.values.items())
         told = f"; {f'with {at} ' if at else ''}the sides are {' and '.join(map(_plain, self.sides))}" if sides else ""
-        super().__init__(f"{name} is not 0; what remains is {residual}{told}")
+        super().__init__(f"{name} is not 0; what remains is {_remaining(residual)}{told}")
 
 
 class NotDecided(OmxError, AssertionError):
@@ -298,9 +298,14 @@ class NotDecided(OmxError, AssertionError):
     def __init__(self, name: str, residual):
         self.residual = residual
         super().__init__(
-            f"{name}: not decided. The sides agree wherever they were compared, but {residual} remains. Is a float "
-            "such as 1.5707963 meant to be exact (write sympy.pi / 2), or a `relation` between symbols missing?"
+            f"{name}: not decided. The sides agree wherever they were compared, but {_remaining(residual)} remains. Is "
+            "a float such as 1.5707963 meant to be exact (write sympy.pi / 2), or a `relation` between symbols missing?"
         )
+
+
+def _remaining(residual):
+    """An expression as it is, a number as a float."""
+    return _plain(complex(residual)) if getattr(residual, "is_number", False) else residual
 
 
 def _plain(number: complex) -> str:

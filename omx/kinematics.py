@@ -34,6 +34,7 @@ from .geometry import COURSE, Geometry, as_geometry
 
 #: cos(bend) may exceed 1 by this much before a pose counts as out of reach: rounding, below 1e-9 mm.
 REACH_SLACK = 1e-13
+WITHIN = 1.0 + REACH_SLACK
 
 #: Joint angles may exceed a limit by this much (rad): rounding in the inverse.
 LIMIT_SLACK = 1e-9
@@ -77,24 +78,39 @@ class IKSolution(Four):
 
     `q`: four angles (rad) in (-pi, pi], None where out of reach. `front`: the arm faces the target, and does not
     reach over its back. `elbow_up`: the forearm bends down from the upper arm's own direction (bend > 0); the elbow
-    is above the line from shoulder to wrist if the wrist is in front of the shoulder, below it if behind. `missing`
-    (mm): how far the wrist is out of reach, 0 if `reachable`. `violations`: each joint that is outside its limits.
+    is above the line from shoulder to wrist if the wrist is in front of the shoulder, below it if behind.
+
+    The verdicts are worked out when they are read, by `limits` and by what the formulas were `asked`: pose, lengths.
     """
 
-    __slots__ = ("elbow_up", "front", "missing", "q", "reachable", "violations")
+    __slots__ = ("_asked", "_limits", "elbow_up", "front", "q")
 
-    def __init__(self, q, front, elbow_up, violations=(), missing=0.0):
+    def __init__(self, q, front, elbow_up, limits=LIMITS, asked=()):
         self.q: tuple[float, float, float, float] | None = q
         self.front: bool = front
         self.elbow_up: bool = elbow_up
-        self.reachable: bool = q is not None
-        self.violations: tuple[Violation, ...] = violations
-        self.missing: float = missing
+        self._limits = limits
+        self._asked = asked
+
+    @property
+    def reachable(self) -> bool:
+        """Is the wrist within reach?"""
+        return self.q is not None
+
+    @property
+    def missing(self) -> float:
+        """How far (mm) the wrist is out of reach; 0 if it is not."""
+        return 0.0 if self.q is not None else _ik.missing(*self._asked)[not self.front]
+
+    @property
+    def violations(self) -> tuple[Violation, ...]:
+        """Each joint that is outside its limits."""
+        return () if self.q is None else limit_violations(self.q, self._limits, slack=LIMIT_SLACK)
 
     @property
     def legal(self) -> bool:
         """Within reach, and every joint within its limits."""
-        return self.reachable and not self.violations
+        return self.q is not None and _inside(self.q, self._limits)
 
     @property
     def branch(self) -> str:
@@ -126,7 +142,7 @@ class IKSolution(Four):
 def fk(q, geometry: Geometry = COURSE) -> np.ndarray:
     """T_base_tool, (..., 4, 4), mm, for joint angles `q`, (..., 4), rad. Raises `BadInput`."""
     q = as_four_or_rows(q, "q", JOINT_ANGLES)
-    if geometry.__class__ is not Geometry:
+    if geometry is not COURSE:
         as_geometry(geometry)
     if type(q) is tuple:
         return np.array(_fk.transform(*(q + geometry.values)))
@@ -141,18 +157,18 @@ def pose(q, geometry: Geometry = COURSE):
     x, y, z in mm, pitch in rad, in (-pi, pi]. Raises `BadInput`.
     """
     q = as_four_or_rows(q, "q", JOINT_ANGLES)
-    if geometry.__class__ is not Geometry:
+    if geometry is not COURSE:
         as_geometry(geometry)
     if type(q) is not tuple:
         return _foreign(_fk.pose_batch, q, geometry) if is_foreign(q) else _pose_batch(q, geometry)
-    x, y, z, pitch = _fk.pose(*(q + geometry.values))
-    return _new(Pose, (x, y, z, pitch if pitch > -pi else pi))
+    found = _fk.pose(*(q + geometry.values))
+    return _new(Pose, found if found[3] > -pi else (*found[:3], pi))
 
 
 def frames(q, geometry: Geometry = COURSE) -> np.ndarray:
     """T_0_0 .. T_0_4, (..., 5, 4, 4), mm: the base frame, then the frame that moves with each joint."""
     q = as_four_or_rows(q, "q", JOINT_ANGLES)
-    if geometry.__class__ is not Geometry:
+    if geometry is not COURSE:
         as_geometry(geometry)
     if is_foreign(q):
         base = tuple(tuple(float(i == j) for j in range(4)) for i in range(4))
@@ -168,7 +184,7 @@ def frames(q, geometry: Geometry = COURSE) -> np.ndarray:
 def jacobian(q, geometry: Geometry = COURSE) -> np.ndarray:
     """The geometric Jacobian, (..., 6, 4): linear rows first (mm/rad), then angular rows, base frame."""
     q = as_four_or_rows(q, "q", JOINT_ANGLES)
-    if geometry.__class__ is not Geometry:
+    if geometry is not COURSE:
         as_geometry(geometry)
     if type(q) is tuple:
         return np.array(_jacobian.jacobian(*(q + geometry.values)))
@@ -190,7 +206,7 @@ def ik(pose, geometry: Geometry = COURSE, limits=LIMITS):
         limits: one (low, high) in rad for each of the four joints, infinite where there is none.
     """
     target = as_four_or_rows(pose, "pose", TASK_POSE)
-    if geometry.__class__ is not Geometry:
+    if geometry is not COURSE:
         as_geometry(geometry)
     if limits is not LIMITS:
         limits = as_limits(limits, 4)
@@ -213,7 +229,7 @@ def solve_ik(pose, start=HOME, geometry: Geometry = COURSE, limits=LIMITS) -> IK
     """
     target = as_four(pose, "pose", TASK_POSE)
     start = as_four(start, "start", JOINT_ANGLES)
-    if geometry.__class__ is not Geometry:
+    if geometry is not COURSE:
         as_geometry(geometry)
     if limits is not LIMITS:
         limits = as_limits(limits, 4)
@@ -255,41 +271,42 @@ def _many(poses, geometry, limits) -> Branches:
     return Branches(*(part.reshape(*poses.shape[:-1], *part.shape[1:]) for part in found))
 
 
-def _plain(x, y, z, pitch):
-    """The pose as the formulas want it: no minus zero, which would turn q1 by pi, and a pitch within one turn.
+def _asked(target, geometry):
+    """What the formulas take of a pose and the lengths.
 
-    Of a large pitch the formulas' q4 and sines round differently; both must speak of the same angle.
+    No minus zero, which would turn q1 by pi, and a pitch within one turn: of a large pitch the formulas' q4 and sines
+    round differently; both must speak of the same angle.
     """
-    return x + 0.0, y + 0.0, z, remainder(pitch, tau)
+    x, y, z, pitch = target
+    return (x + 0.0, y + 0.0, z, remainder(pitch, tau), *geometry.values)
 
 
 def _branches(target, geometry, limits):
-    pose = _plain(*target)
+    asked = _asked(target, geometry)
     try:
-        *angles, D_front, D_back = _ik.branches(*(pose + geometry.values))
+        *angles, D_front, D_back = _ik.branches(*asked)
     except ZeroDivisionError:
         raise BadInput(f"{geometry} has no inverse: a link of length 0 makes the formulas divide by 0.") from None
-    missing = None
     solutions = []
     for q, (front, elbow_up) in zip(angles, BRANCHES, strict=True):
-        if abs(D_front if front else D_back) <= 1.0 + REACH_SLACK:
-            if -pi in q:
-                q = tuple(pi if angle == -pi else angle for angle in q)
-            solutions.append(IKSolution(q, front, elbow_up, _verdict(q, limits)))
-            continue
-        if missing is None:
-            missing = _ik.missing(*(pose + geometry.values))
-        solutions.append(IKSolution(None, front, elbow_up, (), missing[not front]))
+        if not abs(D_front if front else D_back) <= WITHIN:
+            q = None
+        elif -pi in q:
+            q = tuple(pi if angle == -pi else angle for angle in q)
+        solutions.append(IKSolution(q, front, elbow_up, limits, asked))
     return tuple(solutions)
 
 
-def _verdict(q, limits) -> tuple[Violation, ...]:
-    """The violations of `q`; the usual case, none, is decided without a loop."""
-    q1, q2, q3, q4 = q
+def _inside(q, limits) -> bool:
+    """No violations, decided without a loop."""
     (low1, high1), (low2, high2), (low3, high3), (low4, high4) = limits
-    if low1 <= q1 <= high1 and low2 <= q2 <= high2 and low3 <= q3 <= high3 and low4 <= q4 <= high4:
-        return ()
-    return limit_violations(q, limits, slack=LIMIT_SLACK)
+    q1, q2, q3, q4 = q
+    return (
+        low1 - LIMIT_SLACK <= q1 <= high1 + LIMIT_SLACK
+        and low2 - LIMIT_SLACK <= q2 <= high2 + LIMIT_SLACK
+        and low3 - LIMIT_SLACK <= q3 <= high3 + LIMIT_SLACK
+        and low4 - LIMIT_SLACK <= q4 <= high4 + LIMIT_SLACK
+    )
 
 
 def _turned(solution: IKSolution, q1: float, limits) -> IKSolution:
@@ -299,13 +316,13 @@ def _turned(solution: IKSolution, q1: float, limits) -> IKSolution:
     low, high = limits[0]
     first = remainder(min(max(remainder(q1, tau), low), high), tau)
     q = (first if first > -pi else pi, *solution.q[1:])
-    return IKSolution(q, solution.front, solution.elbow_up, _verdict(q, limits))
+    return IKSolution(q, solution.front, solution.elbow_up, limits)
 
 
 def _unreachable(target, solutions, geometry) -> Unreachable:
     """The error with the pose that the wrist reaches when it stretches (or folds) towards the target."""
     best = min(solutions, key=lambda s: s.missing)
-    angles = _ik.branches(*_plain(*target), *geometry.values)[solutions.index(best)]
+    angles = _ik.branches(*_asked(target, geometry))[solutions.index(best)]
     return Unreachable(Pose(*target), best.missing, pose(angles, geometry))
 
 
@@ -337,7 +354,7 @@ def _ik_foreign(poses, geometry: Geometry, limits):
     xp = namespace(poses)
     x, y, z, pitch = (poses[..., j] for j in range(4))
     *angles, D_front, D_back = _ik.branches_batch(x + 0.0, y + 0.0, z, wrap(pitch), *geometry.values)
-    within = {front: xp.abs(D) <= 1.0 + REACH_SLACK for front, D in ((True, D_front), (False, D_back))}
+    within = {front: xp.abs(D) <= WITHIN for front, D in ((True, D_front), (False, D_back))}
     q, legal = [], []
     for (front, _), (q1, *rest) in zip(BRANCHES, angles, strict=True):
         joints = (xp.where(q1 == -pi, pi, q1), *rest)
@@ -356,8 +373,8 @@ def _ik_block(columns, geometry, limits, q, reachable, legal) -> None:
     if np.abs(pitch).max() > tau:
         pitch = np.fmod(pitch, tau)
     with np.errstate(over="ignore"):  # poses so far away that their squares overflow are out of reach
-        *angles, D_front, D_back = _ik.branches_batch(x + 0.0, y + 0.0, z, pitch, *geometry.values)  # as in `_plain`
-    within = {front: np.abs(D) <= 1.0 + REACH_SLACK for front, D in ((True, D_front), (False, D_back))}
+        *angles, D_front, D_back = _ik.branches_batch(x + 0.0, y + 0.0, z, pitch, *geometry.values)  # as in `_asked`
+    within = {front: np.abs(D) <= WITHIN for front, D in ((True, D_front), (False, D_back))}
     blank = {front: np.where(reached, 0.0, np.nan) for front, reached in within.items()}
     for b, ((front, _), joints) in enumerate(zip(BRANCHES, angles, strict=True)):
         joints[0][joints[0] == -pi] = pi  # the arc tangent's range is closed at both ends

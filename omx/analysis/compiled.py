@@ -108,7 +108,7 @@ def _judged(x, y, z, pitch, low1, high1, low2, high2, low3, high3, low4, high4, 
     )  # fmt: skip
 
 
-_branches, _WITHIN = _ik.branches, 1.0 + kinematics.REACH_SLACK
+_branches, _WITHIN = _ik.branches, kinematics.WITHIN
 
 
 def _closed(q):

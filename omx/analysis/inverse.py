@@ -1,8 +1,8 @@
 """Every answer of an inverse that the book's generator wrote, each with its verdict: reach, limits, singularity."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
-from math import degrees, pi
+from math import degrees, hypot, pi
 from types import ModuleType
 from typing import NamedTuple
 
@@ -42,16 +42,25 @@ class Solution:
     """One branch of an inverse.
 
     `q`: joint values (rad, wrapped into one turn; mm where prismatic), None where out of reach by `missing` (mm).
-    `violations`: each joint that is outside its limits. `families`: what is free there, if anything; `q` is then one
-    answer of infinitely many.
     """
 
     branch: str
     q: tuple[float, ...] | None
     missing: float
-    violations: tuple[Violation, ...]
-    families: tuple[Family, ...]
-    prismatic: tuple[bool, ...]
+    chain: Chain = field(compare=False)
+
+    @cached_property
+    def violations(self) -> tuple[Violation, ...]:
+        """Each joint that is outside its limits."""
+        if self.q is None:
+            return ()
+        slides = [row.prismatic for row in self.chain.rows]
+        return limit_violations(self.q, self.chain.limits or (), self.chain.names, LIMIT_SLACK, slides)
+
+    @cached_property
+    def families(self) -> tuple[Family, ...]:
+        """What is free there, if anything; `q` is then one answer of infinitely many."""
+        return () if self.q is None else families(self.chain, self.q)
 
     @property
     def reachable(self) -> bool:
@@ -66,8 +75,8 @@ class Solution:
     def __repr__(self) -> str:
         if self.q is None:
             return f"Solution({self.branch}: out of reach by {self.missing:.3f} mm)"
-        values = zip(self.q, self.prismatic, strict=True)
-        told = ", ".join(f"{q:.2f} mm" if slides else f"{degrees(q) + 0.0:.2f}" for q, slides in values)
+        values = zip(self.q, self.chain.rows, strict=True)
+        told = ", ".join(f"{q:.2f} mm" if row.prismatic else f"{degrees(q) + 0.0:.2f}" for q, row in values)
         verdict = "; ".join(map(str, self.violations)) or "legal"
         free = "".join(f"; {family.text}" for family in self.families)
         return f"Solution({self.branch}: q = ({told}) deg, {verdict}{free})"
@@ -119,7 +128,10 @@ class Inverse:
         answers = self.module.branches(*numbers, *self.lengths)
         missing = self.module.missing(*numbers, *self.lengths)
         return tuple(
-            self._solution(*one) for one in zip(self.branches, map(self._upright, answers), missing, strict=True)
+            Solution(branch, None, gap, self.chain)
+            if gap > REACH_SLACK
+            else Solution(branch, self._upright(q), 0.0, self.chain)
+            for branch, q, gap in zip(self.branches, answers, missing, strict=True)
         )
 
     def batch(self, targets) -> Solutions:
@@ -138,61 +150,9 @@ class Inverse:
         q = np.where(reachable[..., None], q, np.nan)
         return Solutions(*(part.reshape(*shape, *part.shape[1:]) for part in (q, missing, legal)))
 
-    # -- one branch ---------------------------------------------------------------------------------------------
-
-    def _solution(self, branch: str, q: tuple[float, ...], missing: float) -> Solution:
-        slides = tuple(row.prismatic for row in self.chain.rows)
-        if missing > REACH_SLACK:
-            return Solution(branch, None, missing, (), (), slides)
-        limits = self.chain.limits or ()
-        wrong = limit_violations(q, limits, self.chain.names, LIMIT_SLACK, slides)
-        return Solution(branch, q, 0.0, wrong, self._families(q), slides)
-
     def _upright(self, q) -> tuple[float, ...]:
         """Half a turn is +pi; an arc tangent may say -pi."""
         return tuple(pi if v == -pi and not row.prismatic else v for v, row in zip(q, self.chain.rows, strict=True))
-
-    def _families(self, q) -> tuple[Family, ...]:
-        """What is free at `q`. Only lines count: two axes on one line, or one through the wrist centre."""
-        frames = self.chain.frames(q)
-        z, origins, names = frames[:, :3, 2], frames[:, :3, 3], self.chain.names
-        size = NEAR * max(self._size, 1e-9)
-
-        def aligned(i, j):
-            return np.linalg.norm(np.cross(z[i - 1], z[j - 1])) < NEAR
-
-        def passes(i, point):
-            return np.linalg.norm(np.cross(point - origins[i - 1], z[i - 1])) < size
-
-        def one_line(i, j):
-            """One joint takes back what the other turns."""
-            same = bool(z[i - 1] @ z[j - 1] > 0)
-            along = [0.0] * len(q)
-            along[i - 1], along[j - 1] = 1.0, -1.0 if same else 1.0
-            total = degrees(q[i - 1] + q[j - 1] if same else q[i - 1] - q[j - 1])
-            sign = "+" if same else "-"
-            text = f"only {names[i - 1]} {sign} {names[j - 1]} = {total + 0.0:.2f} deg is fixed"
-            return Family(names[i - 1], text, tuple(along))
-
-        def curve(i):
-            return Family(names[i - 1], f"{names[i - 1]} is free, and others follow")
-
-        found = []
-        if self.takes_hand:
-            centre = origins[5]
-            found += [curve(i) for i in (1, 2) if self._may_pass(i) and passes(i, centre)]
-            if aligned(4, 6) and passes(4, origins[5]) and passes(6, origins[4]):
-                found.append(one_line(4, 6))
-            elif aligned(2, 6) and aligned(2, 3) and aligned(3, 4):
-                found.append(curve(6))
-        elif len(q) in (3, 4) and abs(z[0] @ z[1]) < 0.5 and passes(1, origins[-1]):
-            found.append(Family(names[0], f"{names[0]} is free"))
-        return tuple(found)
-
-    def _may_pass(self, i: int) -> bool:
-        """Does the wrist follow whatever axis `i` turns? Axis 2 counts for a wrist whose axes meet only."""
-        rows = self.chain.rows
-        return i == 1 or float(rows[4].d) == float(rows[3].a) == 0.0
 
     # -- input ----------------------------------------------------------------------------------------------
 
@@ -206,8 +166,8 @@ class Inverse:
         if T.shape[-2:] != (4, 4):
             raise BadInput(f"`target` must be {HAND}, shape (4, 4) or (..., 4, 4); got shape {T.shape}.")
         R = T[..., :3, :3]
-        turned = np.allclose(np.swapaxes(R, -1, -2) @ R, np.eye(3), atol=1e-6) and (np.linalg.det(R) > 0).all()
-        if not (turned and (np.abs(T[..., 3, :] - [0, 0, 0, 1]) < 1e-6).all()):
+        off = np.abs(np.swapaxes(R, -1, -2) @ R - np.eye(3)).max(), np.abs(T[..., 3, :] - [0, 0, 0, 1]).max()
+        if not (max(off) < 1e-5 and (np.linalg.det(R) > 0).all()):
             raise BadInput(f"`target` must be {HAND}, and a last row of 0, 0, 0, 1; this matrix is no pose.")
         return np.swapaxes(T[..., :3, :], -1, -2).reshape(*T.shape[:-2], 12) + 0.0  # no minus zeros
 
@@ -221,19 +181,69 @@ class Inverse:
         low, high = np.array(limits).T
         return low, high
 
-    @cached_property
-    def _size(self) -> float:
-        return float(sum(abs(float(row.a)) + abs(float(row.d)) for row in self.chain.rows))
-
     def _refuse_another_arm(self) -> None:
         rows = self.module.dh_rows(*self.lengths)
         same = len(rows) == len(self.chain) and np.allclose(_table(rows), _table(self.chain.rows), atol=1e-9)
         if same and self.takes_hand:  # a base or a tool is in the formulas only
-            q = np.where(self._slides, 0.3 * self._size, np.linspace(0.3, 1.1, 6))
+            q = np.where(self._slides, 0.3 * _size(self.chain), np.linspace(0.3, 1.1, 6))
             answers = self.module.branches(*self._numbers(self.chain.fk(q)).tolist(), *self.lengths)
-            same = bool(np.abs(np.array(answers) - q).max(axis=1).min() < 1e-6 * max(self._size, 1.0))
+            same = bool(np.abs(np.array(answers) - q).max(axis=1).min() < 1e-6 * max(_size(self.chain), 1.0))
         if not same:
             raise BadInput(f"`module` {self.module.__name__} was written for another arm than {self.chain.name}.")
+
+
+def families(chain: Chain, q) -> tuple[Family, ...]:
+    """What is free at `q`. Only lines count: two axes on one line, or one through the wrist centre."""
+    frames = chain.frames(q)
+    z, origins, names = frames[:, :3, 2].tolist(), frames[:, :3, 3].tolist(), chain.names
+    near = NEAR * max(_size(chain), 1e-9)
+
+    def aligned(i, j):
+        return _apart(z[i - 1], z[j - 1]) < NEAR
+
+    def passes(i, point):
+        return _apart([a - b for a, b in zip(point, origins[i - 1], strict=True)], z[i - 1]) < near
+
+    def one_line(i, j):
+        """One joint takes back what the other turns."""
+        same = _dot(z[i - 1], z[j - 1]) > 0
+        along = [0.0] * len(q)
+        along[i - 1], along[j - 1] = 1.0, -1.0 if same else 1.0
+        total = degrees(q[i - 1] + q[j - 1] if same else q[i - 1] - q[j - 1])
+        text = f"only {names[i - 1]} {'+' if same else '-'} {names[j - 1]} = {total + 0.0:.2f} deg is fixed"
+        return Family(names[i - 1], text, tuple(along))
+
+    def curve(i):
+        return Family(names[i - 1], f"{names[i - 1]} is free, and others follow")
+
+    found = []
+    if len(chain) == 6:
+        found += [curve(i) for i in (1, 2) if _may_pass(chain, i) and passes(i, origins[5])]
+        if aligned(4, 6) and passes(4, origins[5]) and passes(6, origins[4]):
+            found.append(one_line(4, 6))
+        elif aligned(2, 6) and aligned(2, 3) and aligned(3, 4):
+            found.append(curve(6))
+    elif len(q) in (3, 4) and abs(_dot(z[0], z[1])) < 0.5 and passes(1, origins[-1]):
+        found.append(Family(names[0], f"{names[0]} is free"))
+    return tuple(found)
+
+
+def _may_pass(chain: Chain, i: int) -> bool:
+    """Does the wrist follow whatever axis `i` turns? Axis 2 counts for a wrist whose axes meet only."""
+    return i == 1 or float(chain.rows[4].d) == float(chain.rows[3].a) == 0.0
+
+
+def _apart(a, b) -> float:
+    """The length of the cross product: of unit vectors, the sine of the angle between them."""
+    return hypot(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def _dot(a, b) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _size(chain: Chain) -> float:
+    return float(sum(abs(float(row.a)) + abs(float(row.d)) for row in chain.rows))
 
 
 def _table(rows) -> np.ndarray:

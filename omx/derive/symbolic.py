@@ -94,8 +94,8 @@ def residual(difference, relations=()):
     if isinstance(difference, sp.MatrixBase):
         return difference.applyfunc(lambda entry: residual(entry, relations))
     difference = _in_sines(as_expression(difference))
-    numerator = sp.numer(sp.together(sp.expand(sp.expand_trig(difference))))
-    expanded = sp.expand(numerator)
+    numerator, denominator = sp.fraction(sp.together(sp.expand(sp.expand_trig(difference))))
+    expanded = sp.expand(numerator / denominator if denominator.is_number else numerator)
     for symbol, square in relations:
         expanded = _reduce_square(expanded, symbol, sp.expand_trig(square))
     for sine in sorted(expanded.atoms(sp.sin), key=sp.default_sort_key):

@@ -55,7 +55,7 @@ def main(arguments: list[str]) -> int:
 
 
 NOTES = """
-Ratios travel between machines; nanoseconds do not, so the two rows that are judged by them may fail on a slow one.
+Ratios travel between machines; nanoseconds do not, so the row that is judged by them may fail on a slow one.
 pinocchio's forwardKinematics leaves its result in C++ memory. Reading four numbers out of it into Python takes
 longer than computing them; omx.pose returns them, so it is compared with both (the second time with that row)."""
 

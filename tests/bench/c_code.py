@@ -11,14 +11,17 @@ HEADER = "#include <math.h>\nstatic const double tau = 6.283185307179586, pi = 3
 WORDS = {"max": "fmax", "min": "fmin", "abs": "fabs"}
 
 
-def compiled(functions, flags=("-O3",)):
-    """`(ffi, lib)` with `name(..., out)` and `name_loop(rows, n, lengths, out)`; None where there is no compiler."""
+def compiled(functions, flags=("-O3",), inputs=4):
+    """`(ffi, lib)` with `name(..., out)` and `name_loop(rows, n, lengths, out)`; None where there is no compiler.
+
+    The first `inputs` arguments of each function are a row, the others lengths.
+    """
     try:
         import cffi
     except ImportError:
         return None
     ffi = cffi.FFI()
-    parts = [translated(function) for function in functions]
+    parts = [translated(function, inputs) for function in functions]
     ffi.cdef("".join(declaration for declaration, _ in parts))
     source, libraries = HEADER + "".join(code for _, code in parts), [] if sys.platform == "win32" else ["m"]
     ffi.set_source("_omx_bench", source, extra_compile_args=list(flags), libraries=libraries)
@@ -33,8 +36,8 @@ def compiled(functions, flags=("-O3",)):
         return module.ffi, module.lib
 
 
-def translated(function) -> tuple[str, str]:
-    """Declarations and code of one generated scalar function, and of a loop over rows of its first four arguments."""
+def translated(function, inputs) -> tuple[str, str]:
+    """Declarations and code of one generated scalar function, and of a loop over rows of its first arguments."""
     tree = ast.parse(inspect.getsource(function)).body[0]
     body, results = [], []
     for statement in tree.body[1:]:
@@ -46,8 +49,8 @@ def translated(function) -> tuple[str, str]:
     names = [argument.arg for argument in tree.args.args]
     one = f"void {tree.name}({', '.join(f'double {name}' for name in names)}, double *out)"
     loop = f"void {tree.name}_loop(const double *rows, long n, const double *lengths, double *out)"
-    lengths = ", ".join(f"lengths[{i}]" for i in range(len(names) - 4))
-    call = f"{tree.name}(rows[4*i], rows[4*i+1], rows[4*i+2], rows[4*i+3], {lengths}, out + {len(results)}*i);"
+    given = [f"rows[{inputs}*i+{k}]" for k in range(inputs)] + [f"lengths[{k}]" for k in range(len(names) - inputs)]
+    call = f"{tree.name}({', '.join(given)}, out + {len(results)}*i);"
     code = f"{one} {{\n{chr(10).join(body + stores)}\n}}\n{loop} {{\nfor (long i = 0; i < n; i++) {call}\n}}\n"
     return f"{one};\n{loop};\n", code
 

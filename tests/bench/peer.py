@@ -68,8 +68,11 @@ def grow(work, contest, sizes, task: Task, found: dict) -> None:
 
 
 def _raced(contest: Contest, seconds: float) -> dict:
-    """A race as plain data. `ratio` is to the first of all, `to_ours` to the fastest of ours with no more threads."""
-    everyone = [*contest.limits, *contest.ours, *contest.theirs]
+    """A race as plain data.
+
+    `ratio` is to the first of all, `to_ours` to the fastest of ours with no more threads, `to_c` to ours in C.
+    """
+    everyone = [*contest.limits, *contest.ours, *filter(None, [contest.in_c]), *contest.theirs]
     times = laps(everyone, 75, seconds)
     lines = []
     for contender in everyone:
@@ -79,6 +82,8 @@ def _raced(contest: Contest, seconds: float) -> dict:
             equals = {c.name: ratio(times, contender, c) for c in contest.ours if c.threads <= contender.threads}
             best = max(equals, key=equals.get)
             line |= {"best": best, "to_ours": equals[best]}
+            if contest.in_c is not None:
+                line["to_c"] = ratio(times, contender, contest.in_c)
         lines.append(line)
     return {"gap": contest.gap, "results": lines}
 

@@ -1,5 +1,7 @@
 """The inverse: four branches, each with a verdict, and never a number that forward kinematics denies."""
 
+import pickle
+from itertools import product
 from math import degrees, dist, hypot, inf, nan, nextafter, pi, radians
 
 import numpy as np
@@ -295,6 +297,27 @@ def test_a_configuration_exactly_at_its_limits_is_legal():
         q = ends[range(4), corner]
         legal = [s for s in omx.ik(omx.pose(q)) if s.legal]
         assert any(oracles.angle_gap(s.q, q).max() < 1e-9 for s in legal)
+
+
+def test_the_verdicts_agree_with_one_another_at_the_edge_of_a_limit_and_in_a_copy():
+    """They are worked out when they are read: `legal` without a loop, and wherever the solution has gone."""
+    narrow = [(low + 0.1, high - 0.1) for low, high in LIMITS]
+    asked = [*omx.pose(oracles.any_q(300)).tolist(), *omx.pose(oracles.random_q(100)).tolist(), [600, 0, 204, 0]]
+    kinds = set()
+    for pose in asked:
+        for s in omx.ik(pose, limits=narrow):
+            assert s.legal == (s.reachable and not s.violations)
+            assert s.reachable == (s.q is not None) == (s.missing == 0)
+            other = pickle.loads(pickle.dumps(s))
+            assert (repr(other), other.missing, other.violations) == (repr(s), s.missing, s.violations)
+            kinds.add((s.reachable, s.legal))
+            if s.reachable:
+                for j, beyond in product(range(4), (0.5e-9, 2e-9)):
+                    edge = [(a - 1, a + 1) for a in s.q]
+                    edge[j] = (s.q[j] - 1, s.q[j] - beyond)
+                    (again,) = (t for t in omx.ik(pose, limits=edge) if t.branch == s.branch)
+                    assert again.legal == (not again.violations) == (beyond < 1e-9)
+    assert kinds == {(True, True), (True, False), (False, False)}
 
 
 def test_beyond_a_limit_the_verdict_names_joint_value_and_limit():

@@ -105,6 +105,14 @@ def test_what_differs_is_refused(name):
     assert isinstance(caught.value, (OmxError, AssertionError))
 
 
+def test_what_remains_is_the_whole_difference_and_a_number_is_read_as_one():
+    with pytest.raises(NotEqual, match=r"what remains is 0\.001;"):
+        prove_equal(sp.sin(q1) + sp.Rational(1, 1000), sp.sin(q1))
+    with pytest.raises(NotDecided, match=r"but 5\.55112e-17 remains"):
+        prove_equal(sp.Float(0.1) + 0.2 - 0.3, 0)
+    assert residual(sp.sin(q1) / 2 + D / 3) == sp.sin(q1) / 2 + D / 3
+
+
 def test_relations_are_used_and_only_as_far_as_they_go():
     circle = [(s, 1 - D**2)]
     prove_equal(s**2 + D**2, 1, circle)

@@ -10,6 +10,7 @@ import pytest
 import omx
 from omx import Chain, HandPanel, JointPanel, View, collision
 from omx.analysis import Inverse
+from omx.analysis.inverse import families
 from omx.arm import HOME, LIMITS, ZERO
 from omx.derive import write_chain, write_inverse
 from omx.display.viewer.arm_data import arm_data, chain_data
@@ -188,7 +189,7 @@ def test_what_is_free_is_told_as_python_tells_it(inverse):
     assert any(told)
     for q, ours in zip(qs, told, strict=True):
         words = [w.replace("\u2212", "-").replace("\u00b0", " deg") for w in ours]
-        assert words == [family.text for family in inverse._families(q)]
+        assert words == [family.text for family in families(inverse.chain, q)]
 
 
 # ---- a link that is pulled -------------------------------------------------------------------------------------

@@ -459,3 +459,19 @@ def test_the_line_along_a_link_ends_where_its_joints_are():
 def test_terms_are_for_our_arm_alone():
     with pytest.raises(omx.errors.BadInput, match="another chain"):
         JointPanel(View.of_chain(SLIDER), terms=True)
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: View(geometry=omx.COURSE.chain), "is shown by View.of_chain"),
+        (lambda: View(geometry="course"), "must be a Geometry"),
+        (lambda: View.of_chain(omx.COURSE), "`chain` must be an omx.Chain"),
+        (lambda: JointPanel(omx.COURSE.chain), "`view` must be a View"),
+        (lambda: PosePanel(omx.COURSE.chain), "`view` must be a View"),
+        (lambda: PosePanel(View.of_chain(omx.Chain([(0, 1, 2, 0)]))), "shows this book's arm"),
+    ],
+)
+def test_an_arm_where_a_view_is_wanted_is_refused_by_name(make, said):
+    with pytest.raises(omx.BadInput, match=said):
+        make()

@@ -11,7 +11,7 @@ from ...rotation import from_rpy, to_rpy
 from ..viewer.view import View
 from . import tables
 from .branch_panel import NEAREST, BranchPanel
-from .panel import slider_row
+from .panel import as_view, slider_row
 
 _UNITS = ("mm", "mm", "mm", "deg", "deg", "deg")
 
@@ -35,7 +35,7 @@ class HandPanel(BranchPanel):
         if not isinstance(inverse, Inverse) or not inverse.takes_hand:
             raise BadInput(f"`inverse` must be an omx.analysis.Inverse of six joints; got {shown(inverse)}.")
         self.inverse = inverse
-        view = view or View.of_chain(inverse.chain, q)
+        view = as_view(view or View.of_chain(inverse.chain, q))
         reach = math.ceil(sum(abs(float(v)) for row in inverse.chain.rows for v in (row.a, row.d)))
         slid = max(
             (abs(v) for row, ends in self._ends() for v in ends if row.prismatic and math.isfinite(v)), default=0

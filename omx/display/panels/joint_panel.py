@@ -13,7 +13,7 @@ from ..viewer.arm_drawings import is_our_arm
 from ..viewer.moving_parts import put_property
 from ..viewer.view import View
 from . import tables
-from .panel import Panel, side_by_side, slider_row
+from .panel import Panel, as_view, side_by_side, slider_row
 from .terms import COLOURS, WORDS, DHTable, dh_table, lines
 
 
@@ -26,7 +26,7 @@ class JointPanel(Panel):
     """
 
     def __init__(self, view: View | None = None, *, q=None, geometry=COURSE, limits=None, terms=False):
-        view = view or View(HOME if q is None else q, geometry=geometry)
+        view = as_view(view or View(HOME if q is None else q, geometry=geometry))
         self.chain = _limited(view.chain, limits)
         rows = []
         self.sliders = []

@@ -5,6 +5,8 @@ import json
 
 import ipywidgets
 
+from ...arrays import shown
+from ...errors import BadInput
 from ..viewer.scene import mimebundle
 from ..viewer.view import View
 from .throttle import Latest
@@ -14,6 +16,13 @@ COMMAND_INTERVAL, TEXT_INTERVAL = 1 / 30, 1 / 20
 
 #: How many values told to sliders are remembered until the page answers them.
 _REMEMBERED = 40
+
+
+def as_view(value) -> View:
+    """`value`, if it is a `View`; `BadInput` otherwise."""
+    if isinstance(value, View):
+        return value
+    raise BadInput(f"`view` must be a View, such as omx.View() or omx.View.of_chain(chain); got {shown(value)}.")
 
 
 class Panel(ipywidgets.VBox):

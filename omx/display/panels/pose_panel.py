@@ -4,14 +4,14 @@ import math
 
 from ...arm import HOME, LIMITS
 from ...dh import Chain
-from ...errors import JointLimit, OmxError
+from ...errors import BadInput, JointLimit, OmxError
 from ...geometry import COURSE
 from ...kinematics import IKSolution, ik, solve_ik
 from ...kinematics import pose as tool_pose
 from ..viewer.arm_data import branch_names
 from ..viewer.view import View
 from .branch_panel import NEAREST, BranchPanel
-from .panel import slider_row
+from .panel import as_view, slider_row
 
 _UNITS = ("mm", "mm", "mm", "deg")
 
@@ -25,8 +25,10 @@ class PosePanel(BranchPanel):
     """
 
     def __init__(self, view: View | None = None, *, q=HOME, geometry=COURSE, limits=LIMITS):
-        view = view or View(q, geometry=geometry)
-        self.geometry, self.limits = view.geometry or geometry, limits
+        view = as_view(view or View(q, geometry=geometry))
+        if view.geometry is None:
+            raise BadInput(f"a PosePanel shows this book's arm; {view!r} is of another chain.")
+        self.geometry, self.limits = view.geometry, limits
         reach = math.ceil(sum((self.geometry.L2, self.geometry.L3, self.geometry.L4)))
         spans = {"x": reach, "y": reach, "z": (-200, math.floor(self.geometry.L1) + reach), "pitch": 120}
         rows = []

@@ -5,9 +5,10 @@ import math
 import numpy as np
 
 from ...arm import HOME, LIMITS
-from ...arrays import as_number
+from ...arrays import as_number, shown
+from ...dh import Chain
 from ...errors import BadInput
-from ...geometry import COURSE
+from ...geometry import COURSE, as_geometry
 from ...kinematics import pose as tool_pose
 from ...kinematics import warn_if_replaced
 from ..palette import PALETTE
@@ -36,7 +37,9 @@ class View(Scene):
     def __init__(self, q=HOME, *, geometry=COURSE, height=420, dark=False, camera=Camera.ISO, plate=True):
         if geometry is COURSE:
             warn_if_replaced()
-        self.geometry = geometry
+        if isinstance(geometry, Chain):
+            raise BadInput(f"{geometry!r} is shown by View.of_chain; `geometry` holds the lengths of this book's arm.")
+        self.geometry = as_geometry(geometry)
         floor = -8.0 if plate else 0.0
         super().__init__(height=height, dark=dark, camera=camera, aim=(0.075, 0.0, 0.15), distance=1.1, floor=floor)
         with self.channel.batch():
@@ -47,6 +50,8 @@ class View(Scene):
     @classmethod
     def of_chain(cls, chain, q=None, *, height=420, dark=False, camera=Camera.ISO) -> "View":
         """A view of any `omx.Chain`, drawn from its DH table alone; `q` has one value a joint (zeros if left out)."""
+        if not isinstance(chain, Chain):
+            raise BadInput(f"`chain` must be an omx.Chain; got {shown(chain)}.")
         view = cls.__new__(cls)
         view.geometry = None
         size = skeleton.reach(chain)

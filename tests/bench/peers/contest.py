@@ -21,12 +21,14 @@ class Contest(NamedTuple):
     """`ours` and `theirs`, all compared with the first of `limits`, or else of ours.
 
     `gap` (mm or rad): how far apart the results are. `limits`: work that is not ours but bounds it, such as a copy.
+    `in_c`: our formulas in C, without Python; None where there is no compiler.
     """
 
     ours: list[Contender]
     theirs: list[Contender]
     gap: float
     limits: tuple[Contender, ...] = ()
+    in_c: Contender | None = None
 
 
 def agreed(gap) -> float:

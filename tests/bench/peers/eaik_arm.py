@@ -7,11 +7,14 @@ roll the hand half over, where our other two reach over the back.
 Arms of six joints it knows well; there both find all eight answers.
 """
 
+from functools import partial
+
 import numpy as np
 from eaik.IK_HP import HPRobot
 
 import omx
-from omx.generated import ik
+from omx.generated import fk, ik
+from tests.bench.c_code import compiled
 from tests.bench.contenders import Q
 from tests.bench.peers import six_joints
 from tests.bench.peers.contest import SAME, Contest, agreed, configurations, our_ik, threaded
@@ -50,7 +53,16 @@ def same_gap(solutions, q) -> float:
 def forward_one(_) -> Contest:
     q, five = np.array([Q]), np.array([*Q, 0.0])
     gap = agreed(abs(ARM.fwdKin(five) - frames(q)[0]))
-    return Contest([Contender("omx.fk", lambda: omx.fk(Q))], [Contender("fwdKin", lambda: ARM.fwdKin(five))], gap)
+    theirs, made = Contender("fwdKin", lambda: ARM.fwdKin(five)), compiled([fk.transform])
+    in_c = made and Contender("the same in C through cffi", partial(matrix_in_c, *made))
+    return Contest([Contender("omx.fk", lambda: omx.fk(Q))], [theirs], gap, in_c=in_c)
+
+
+def matrix_in_c(ffi, lib) -> np.ndarray:
+    """The matrix by the generated lines in C, in a new array like theirs."""
+    T = np.empty((4, 4))
+    lib.transform(*Q, *omx.COURSE.values, ffi.from_buffer("double[]", T))
+    return T
 
 
 def forward(count: int) -> Contest:
