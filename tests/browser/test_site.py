@@ -9,7 +9,6 @@ import pytest
 
 import omx
 from book.publish import site
-from omx.display.viewer.dh_row_view import places
 from tests.browser.weblook import Look, image_of, is_blank, picture, served
 
 LIMIT = 1_500_000
@@ -247,12 +246,34 @@ def test_the_sliders_of_a_row_move_its_frames_and_its_matrix(look):
     A = omx.Chain([omx.DHRow(*row)]).fk([0.0])
     told = [float(text.replace("−", "-")) for text in panel.locator(".omx-matrix td").all_inner_texts()]
     assert np.reshape(told, (4, 4)) == pytest.approx(A, abs=0.051)
-    nodes, shown = places(row)
-    for name, matrix in nodes.items():
+    frames = {"last": A, "next_axis": A, "d": np.eye(4), "theta": np.eye(4)}
+    for name, matrix in frames.items():
         drawn, _ = node(frame, name)
         drawn[:3, 3] *= 1e3
         assert drawn == pytest.approx(matrix, abs=1e-4), name
+    shown = {"theta": True, "d": True, "a": False, "alpha": True}
     assert {name: node(frame, name)[1] for name in shown} == shown
+    assert {name: node(frame, f"{name}_name")[1] for name in shown} == shown
+    assert look.problems == []
+
+
+def test_the_marks_of_a_row_are_drawn_as_python_draws_them(look):
+    """There and back: the sliders' own script draws what was in the scene when it came."""
+    look.open("notebooks/02-frames-and-dh.html").settle()
+    panel = look.page.locator(".omx-panel[data-kind=row]")
+    frame = look.scene(panel.locator(".omx-scene"))
+    box = "(name) => { const { min, max } = new MeshCat.THREE.Box3().setFromObject(omxScene.viewer.scene_tree.find("
+    box += "['meshcat', 'notes', name]).object); return [...min.toArray(), ...max.toArray()].map((v) => 1e3 * v); }"
+    names = ("theta", "d", "a", "alpha", "theta_name", "d_name", "a_name", "alpha_name")
+    before = {name: frame.evaluate(box, name) for name in names}
+    sliders = [panel.get_by_role("slider", name=name) for name in ("θ in °", "d in mm", "a in mm", "α in °")]
+    first = [slider.input_value() for slider in sliders]
+    for values in ([-170, -100, -30, -90], [0, 0, 0, 0], first):
+        for slider, value in zip(sliders, values, strict=True):
+            slider.fill(str(value))
+        look.page.wait_for_timeout(300)
+    for name in names:
+        assert frame.evaluate(box, name) == pytest.approx(before[name], abs=1.0), name
     assert look.problems == []
 
 

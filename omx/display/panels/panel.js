@@ -2,7 +2,7 @@
 // same code generator writes them as Python and as JavaScript (omx-kinematics.js).
 (function () {
   "use strict";
-  const { OMX_ARM: A, OMX_ROW, OMX_FIGURES, OMX_CHART } = window;
+  const { OMX_ARM: A, OMX_FIGURES, OMX_CHART } = window;
   if (!window.OMX_KINEMATICS) return;
   const { DEG, text, columns } = A;
   const NEAREST = "nearest", SETTLE_MS = 450; // until what a figure says is spoken
@@ -74,7 +74,7 @@
       if (!this.frame()) return;
       this.asked ??= requestAnimationFrame(() => {
         this.asked = null;
-        if (this.kind === "row") return this.sendRow();
+        if (this.kind === "row") return this.post({ omx: "row", row: this.q });
         const nodes = {}, visible = {};
         if (this.pale) visible["/meshcat/ghosts"] = false;
         this.frames(this.q).forEach((T, i) => { nodes[`/meshcat/arm/${i}`] = columns(T); });
@@ -90,7 +90,7 @@
           visible[`/meshcat/ghosts/${k}`] = s.reachable && s.index !== this.chosen?.index;
           if (s.reachable) this.frames(s.q).forEach((T, i) => { nodes[`/meshcat/ghosts/${k}/${i}`] = columns(T); });
         });
-        this.post(nodes, visible, this.kept?.());
+        this.post({ omx: "transforms", nodes, visible, branch: this.kept?.() });
       });
     }
 
@@ -118,11 +118,11 @@
     }
 
     tell() {
-      for (const message of this.messages ?? []) this.frame()?.contentWindow?.postMessage(message, "*");
+      for (const message of this.messages ?? []) this.post(message);
     }
 
-    post(nodes, visible, branch) {
-      this.frame()?.contentWindow?.postMessage({ omx: "transforms", nodes, visible, branch }, "*");
+    post(message) {
+      this.frame()?.contentWindow?.postMessage(message, "*");
     }
 
     slider(list, name, unit, low, high, value, hear, step = 1) {
@@ -232,13 +232,6 @@
         }));
       this.answer = element("div", { class: "omx-answer" });
       this.controls.append(sliders, this.answer);
-    }
-
-    sendRow() {
-      const { nodes, shown } = OMX_ROW.places(...this.q);
-      const there = (things, value) =>
-        Object.fromEntries(Object.entries(things).map(([name, v]) => [`/meshcat/notes/${name}`, value(v)]));
-      this.post(there(nodes, columns), there(shown, (v) => v));
     }
 
     writeRow() {
