@@ -58,8 +58,7 @@ def arrow_solid(start, end, colour, radius: float) -> Solid:
 def arrow(start, end, colour=INK, label: str | None = None, radius: float = 1.6) -> Drawing:
     """An arrow, drawn over everything, with its label beyond the middle."""
     start, end = np.asarray(start, float), np.asarray(end, float)
-    out = Drawing().solid(arrow_solid(start, end, rgb(colour), radius), _LABELLED, casts=False, order=11)
-    return out.label(label, 0.5 * (start + end) + (0, 0, 7), _hex(colour)) if label else out
+    return _mark(arrow_solid(start, end, rgb(colour), radius), label, 0.5 * (start + end) + (0, 0, 7), colour)
 
 
 def arc(centre, start, end, colour=INK, label: str | None = None, radius: float = 1.1) -> Drawing:
@@ -71,9 +70,8 @@ def arc(centre, start, end, colour=INK, label: str | None = None, radius: float 
     angle = math.atan2(np.linalg.norm(across), u @ end)
     v = across / max(np.linalg.norm(across), 1e-12)
     solid = _bow(centre, u, v, angle, size, rgb(colour), radius)
-    out = Drawing().solid(solid, _LABELLED, casts=False, order=11)
     middle = centre + 1.18 * size * (math.cos(angle / 2) * u + math.sin(angle / 2) * v)
-    return out.label(label, middle, _hex(colour)) if label else out
+    return _mark(solid, label, middle, colour)
 
 
 def axis(point, direction, length: float, colour=INK, label: str | None = None, slides: bool = False) -> Drawing:
@@ -92,8 +90,7 @@ def axis(point, direction, length: float, colour=INK, label: str | None = None, 
         circle = end - 1.6 * size * z + size * (np.cos(turn) * x + np.sin(turn) * np.cross(z, x))
         solid.add(tube(circle, 0.9, rgb(colour)))
         solid.add(cone(circle[-1], circle[-1] + 5.0 * _unit(circle[-1] - circle[-2]), 2.6, rgb(colour)))
-    out = Drawing().solid(solid, _LABELLED, casts=False, order=11)
-    return out.label(label, end + 0.6 * size * z, _hex(colour)) if label else out
+    return _mark(solid, label, end + 0.6 * size * z, colour)
 
 
 def turned(size: float, angle: float, colour, radius: float = 1.1) -> Drawing:
@@ -101,7 +98,13 @@ def turned(size: float, angle: float, colour, radius: float = 1.1) -> Drawing:
     solid = _bow(np.zeros(3), np.eye(3)[0], np.sign(angle) * np.eye(3)[1], abs(angle), size, rgb(colour), radius)
     for end in (0.0, angle):
         solid.add(tube([(0, 0, 0), (1.1 * size * math.cos(end), 1.1 * size * math.sin(end), 0)], 0.6, rgb(PALE)))
-    return Drawing().solid(solid, _LABELLED, casts=False, order=11)
+    return _mark(solid)
+
+
+def _mark(solid: Solid, label: str | None = None, at=(0, 0, 0), colour=INK) -> Drawing:
+    """A solid drawn over everything, with its label at `at` (3,)."""
+    out = Drawing().solid(solid, _LABELLED, casts=False, order=11)
+    return out.label(label, at, _hex(colour)) if label else out
 
 
 def _bow(centre, u, v, angle: float, size: float, colour, radius: float) -> Solid:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ...arrays import as_four
-from ...dh import DHRow, link_rows
+from ...dh import DHRow, link_matrix
 from ..palette import PALE, PALETTE
 from . import annotations
 from .environment import Camera
@@ -50,7 +50,7 @@ class RowView(Scene):
     def row(self, value) -> None:
         self._row = value if isinstance(value, DHRow) else DHRow(*as_four(value, "row", _ROW))
         theta, d, a, alpha = as_four(self._row.at(0.0), "row", _ROW)
-        lifted, shifted, end = (_matrix(*r) for r in ((theta, d, 0, 0), (theta, d, a, 0), (theta, d, a, alpha)))
+        lifted, shifted, end = (link_matrix(*r) for r in ((theta, d, 0, 0), (theta, d, a, 0), (theta, d, a, alpha)))
         with self.channel.batch():
             for name in ("last", "next_axis"):
                 self.channel.place(f"{_NOTES}/{name}", end)
@@ -85,13 +85,9 @@ class RowView(Scene):
     @property
     def matrix(self) -> np.ndarray:
         """The link matrix A of the row, (4, 4), mm: the last frame as the first one sees it."""
-        return _matrix(*as_four(self._row.at(0.0), "row", _ROW))
+        return link_matrix(*as_four(self._row.at(0.0), "row", _ROW))
 
     def __repr__(self) -> str:
         theta, d, a, alpha = self._row.at(0.0)
         turn, twist = math.degrees(theta), math.degrees(alpha)
         return f"DH row: theta = {turn:.1f} deg, d = {d:.1f} mm, a = {a:.1f} mm, alpha = {twist:.1f} deg"
-
-
-def _matrix(theta, d, a, alpha) -> np.ndarray:
-    return np.array(link_rows(theta, d, a, alpha, math.cos, math.sin), float)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...arm import HOME, LIMITS
 from ...arrays import as_number
-from ...dh import link_rows
+from ...dh import link_matrix
 from ...errors import BadInput
 from ...geometry import COURSE
 from ...kinematics import pose as tool_pose
@@ -313,9 +313,9 @@ def _tidy(value: float) -> str:
 
 def _moved(by: float) -> np.ndarray:
     """A shift along z by `by` (mm)."""
-    return np.array(link_rows(0.0, by, 0.0, 0.0, math.cos, math.sin))
+    return link_matrix(0.0, by, 0.0, 0.0)
 
 
 def _upright(q1: float) -> np.ndarray:
     """The (r, z) plane of an arm whose first joint is at `q1`: the node's x points outwards, its y up."""
-    return np.array(link_rows(q1, 0.0, 0.0, math.pi / 2, math.cos, math.sin))
+    return link_matrix(q1, 0.0, 0.0, math.pi / 2)
