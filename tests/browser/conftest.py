@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import urllib.request
+from unittest import mock
 
 import pytest
 from playwright.sync_api import sync_playwright
@@ -35,18 +36,14 @@ def browser(playwright, chromium):
 
 @pytest.fixture(scope="session")
 def lab(chromium, tmp_path_factory):
-    """JupyterLab on copies of the chapters; what they generate goes to a copy of the generated modules, too."""
+    """JupyterLab on copies of the chapters; what they generate goes to `lab.generated`, under another hash seed."""
     root = tmp_path_factory.mktemp("book")
     shutil.copytree(normalise.NOTEBOOKS, root / "notebooks", ignore=shutil.ignore_patterns(".*"))
     generated = tmp_path_factory.mktemp("generated")
-    before = os.environ.get("OMX_GENERATED")
-    os.environ["OMX_GENERATED"] = str(generated)
-    try:
-        with running_lab(tmp_path_factory.mktemp("lab"), root=root) as lab:
-            lab.root = root
-            yield lab
-    finally:
-        os.environ.pop("OMX_GENERATED") if before is None else os.environ.update(OMX_GENERATED=before)
+    other = mock.patch.dict(os.environ, OMX_GENERATED=str(generated), PYTHONHASHSEED="4242")
+    with other, running_lab(tmp_path_factory.mktemp("lab"), root=root) as lab:
+        lab.root, lab.generated = root, generated
+        yield lab
 
 
 @pytest.fixture(scope="module")
@@ -56,9 +53,15 @@ def window():
 
 
 @pytest.fixture(scope="module")
-def context(browser, window):
+def motion():
+    """Do films play by themselves? A module of tests that looks at none says "reduce": the film on its page stands."""
+    return "no-preference"
+
+
+@pytest.fixture(scope="module")
+def context(browser, window, motion):
     width, height = window
-    context = browser.new_context(viewport={"width": width, "height": height})
+    context = browser.new_context(viewport={"width": width, "height": height}, reduced_motion=motion)
     yield context
     context.close()
 
