@@ -11,7 +11,7 @@ from playwright.sync_api import sync_playwright
 
 from book.chapters import normalise
 from tests.browser.pages import NotebookPage
-from tests.browser.weblook import Look
+from tests.browser.weblook import Look, served
 from tests.helpers.lab import running_lab
 
 FLAGS = (
@@ -66,9 +66,16 @@ def context(browser, window, motion):
     context.close()
 
 
+@pytest.fixture(scope="module")
+def home(built_site):
+    """The address of the site, built from what is here now; a module of tests may have its own."""
+    with served(built_site) as address:
+        yield address
+
+
 @pytest.fixture
 def look(context, home):
-    """A page of the site at `home`, which a module of tests defines."""
+    """A page of what is at `home`."""
     with Look(context, home) as look:
         yield look
 

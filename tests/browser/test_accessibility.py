@@ -12,16 +12,10 @@ import pytest
 import omx
 from book.publish import site
 from tests.browser.test_site import CHAPTERS
-from tests.browser.weblook import Look, serious, served
+from tests.browser.weblook import Look, serious
 
 #: One page of each kind of figure and scene.
 LIVE = [path for path in CHAPTERS if re.search("start-here|forward|jacobian|servos|other-arms|differential|pick", path)]
-
-
-@pytest.fixture(scope="module")
-def home(built_site):
-    with served(site.SITE) as address:
-        yield address
 
 
 @pytest.fixture(scope="module")

@@ -9,17 +9,10 @@ import pytest
 
 import omx
 from book.publish import site
-from tests.browser.weblook import Look, image_of, is_blank, picture, served
+from tests.browser.weblook import Look, image_of, is_blank, picture
 
 LIMIT = 1_500_000
 SHARED = ("_static/omx-view.js", "_static/mathjax/tex-svg-full.js")
-
-
-@pytest.fixture(scope="module")
-def home(built_site):
-    """The address of the site, built from what is here now."""
-    with served(site.SITE) as address:
-        yield address
 
 
 @pytest.fixture(scope="module")
