@@ -8,42 +8,8 @@ from importlib import import_module as _import_module
 
 from .arm import HOME, LIMITS, ZERO
 from .dh import Chain, DHRow
-from .errors import (
-    BadInput,
-    BusCorrupt,
-    BusError,
-    BusTimeout,
-    Collision,
-    JointLimit,
-    LogError,
-    NotArrived,
-    NotDecided,
-    NotEqual,
-    NotIdentifiable,
-    NotReady,
-    ObjectLost,
-    OmxError,
-    OutOfBounds,
-    PathBlocked,
-    PortBusy,
-    PortError,
-    PortLost,
-    ReadOnly,
-    ServoFault,
-    ServoLost,
-    ServoRefused,
-    ServoRestarted,
-    Stalled,
-    Stopped,
-    TooFast,
-    TooHeavy,
-    TorqueOff,
-    Unreachable,
-    ViewerMissing,
-    Violation,
-    Wrong,
-    WrongServo,
-)  # fmt: skip
+from .errors import *
+from .errors import __all__ as _errors
 from .geometry import COURSE, MAKER, Geometry, other_arm
 from .kinematics import IKSolution, Pose, fk, frames, ik, ik_batch, jacobian, pose, solve_ik, warn_if_stale
 
@@ -67,15 +33,9 @@ _LATER = {
 }
 
 __all__ = [
-    "COURSE", "HOME", "LIMITS", "MAKER", "ZERO",
-    "BadInput", "BusCorrupt", "BusError", "BusTimeout", "Camera", "Chain", "Collision", "DHRow", "Geometry",
-    "HandPanel",
-    "IKSolution", "JointLimit", "JointPanel", "LiveFigure", "LogError", "NotArrived", "NotDecided", "NotEqual",
-    "NotIdentifiable", "NotReady", "ObjectLost", "OmxError", "OutOfBounds", "PathBlocked", "PortBusy", "PortError",
-    "PortLost", "Pose", "PosePanel", "ReadOnly", "Robot", "RobotPanel", "RowPanel", "RowView", "ServoFault",
-    "ServoLost", "ServoRefused", "ServoRestarted", "Stalled", "Stopped", "TeachPanel", "TooFast", "TooHeavy",
-    "TorqueOff", "Unreachable", "View", "ViewerMissing", "Violation", "Wrong", "WrongServo",
-    "fk", "frames", "ik", "ik_batch", "jacobian", "other_arm", "pose", "solve_ik",
+    "COURSE", "HOME", "LIMITS", "MAKER", "ZERO", "Camera", "Chain", "DHRow", "Geometry", "HandPanel", "IKSolution",
+    "JointPanel", "LiveFigure", "Pose", "PosePanel", "Robot", "RobotPanel", "RowPanel", "RowView", "TeachPanel",
+    "View", "fk", "frames", "ik", "ik_batch", "jacobian", "other_arm", "pose", "solve_ik", *_errors,
 ]  # fmt: skip
 
 warn_if_stale()

@@ -399,6 +399,11 @@ def link_rows(theta, d, a, alpha, cos, sin) -> tuple[tuple, ...]:
     )
 
 
+def link_matrix(theta, d, a, alpha) -> np.ndarray:
+    """The link matrix of one DH row, (4, 4), mm."""
+    return np.array(link_rows(theta, d, a, alpha, np.cos, np.sin), float)
+
+
 def exact_transform(T):
     """A rigid transform (4, 4) for SymPy, whole numbers in it exact; the identity for None."""
     import sympy as sp

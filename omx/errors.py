@@ -6,6 +6,14 @@ import sys
 import traceback
 from typing import NamedTuple
 
+__all__ = [
+    "BadInput", "BusCorrupt", "BusError", "BusTimeout", "Collision", "JointLimit", "LogError", "NotArrived",
+    "NotDecided", "NotEqual", "NotIdentifiable", "NotReady", "ObjectLost", "OmxError", "OutOfBounds", "PathBlocked",
+    "PortBusy", "PortError", "PortLost", "ReadOnly", "ServoFault", "ServoLost", "ServoRefused", "ServoRestarted",
+    "Stalled", "Stopped", "TooFast", "TooHeavy", "TorqueOff", "Unreachable", "ViewerMissing", "Violation", "Wrong",
+    "WrongServo",
+]  # fmt: skip
+
 #: The folder of this package, whose lines teach a reader nothing.
 _HOME = os.path.dirname(os.path.realpath(__file__)) + os.sep
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..errors import Wrong
 from .mistakes import Comparison
-from .validation import as_numbers, as_truth, described, present
+from .validation import as_numbers, as_truth, counted, described, present
 
 
 def value(answer, expected, name: str = "the answer", unit: str = "", parts: str = "", within=None) -> None:
@@ -44,7 +44,7 @@ def expression(answer, expected, name="the expression", ranges: dict | None = No
     _an_expression(answer, name)
     shape, wanted = getattr(answer, "shape", ()), getattr(expected, "shape", ())
     if shape != wanted:
-        raise Wrong(f"{name} must be {_counted(wanted)}; yours is {_counted(shape)}.")
+        raise Wrong(f"{name} must be {counted(wanted, 'value')}; yours is {counted(shape, 'value')}.")
     known = set(getattr(expected, "free_symbols", set()))
     foreign = _foreign_symbols(answer, known, name)
     at, theirs = real_points(expected, sorted(known | set(foreign), key=str), ranges)
@@ -75,7 +75,7 @@ def compare(answer: np.ndarray, expected, name: str, unit: str = "", parts: str 
     """Raise `Wrong` with the best sentence if two arrays differ; `where(row)` adds a sentence on that sample."""
     expected = np.asarray(expected, float)
     if answer.shape != expected.shape:
-        raise Wrong(f"{name} must be {_counted(expected.shape)}; yours is {_counted(answer.shape)}.")
+        raise Wrong(f"{name} must be {counted(expected.shape, 'value')}; yours is {counted(answer.shape, 'value')}.")
     comparison = Comparison(answer, expected, unit, parts, within)
     if comparison.same(answer):
         return
@@ -109,14 +109,6 @@ def correct(name: str) -> None:
         print(line)
     if said is not None:
         said.add(line)
-
-
-def _counted(shape: tuple[int, ...]) -> str:
-    if shape == ():
-        return "one value"
-    if len(shape) == 1:
-        return f"{shape[0]} values"
-    return f"of shape {' x '.join(map(str, shape))}"
 
 
 def _an_expression(answer, name: str) -> None:

@@ -10,7 +10,7 @@ from ..arm import HOME, LIMITS, ZERO
 from ..errors import BadInput, Wrong
 from .answers import compare, correct
 from .mistakes import Comparison
-from .validation import answer, as_numbers, present
+from .validation import answer, as_numbers, counted, present
 
 #: Half the step of the central differences; it balances rounding against curvature, error about 1e-8.
 STEP = 1e-5
@@ -180,7 +180,9 @@ def _shaped(result, wanted: np.ndarray, name: str) -> np.ndarray:
     array = as_numbers(result, f"what {name} returns")
     if array.shape != wanted.shape:
         if array.ndim <= 1 and wanted.ndim <= 1:
-            raise Wrong(f"{name} must return {_count(wanted)}; it returned {array.size if array.ndim else 'one'}.")
+            raise Wrong(
+                f"{name} must return {counted(wanted.shape)}; it returned {array.size if array.ndim else 'one'}."
+            )
         raise Wrong(f"{name} must return an array of shape {wanted.shape}; it returned shape {array.shape}.")
     return array
 
@@ -289,10 +291,6 @@ def _arguments(sample) -> tuple:
 
 def _named(function, name: str) -> str:
     return name or getattr(function, "__name__", "your function")
-
-
-def _count(array: np.ndarray) -> str:
-    return f"{array.size} numbers" if array.ndim else "one number"
 
 
 def _written(arguments) -> str:

@@ -35,7 +35,7 @@ def answer(value, gives=None, name: str = "the answer"):
     numbers = as_numbers(value, name)
     fits = len(numbers.shape) == len(gives) and all(g in (None, n) for g, n in zip(gives, numbers.shape, strict=True))
     if not fits:
-        raise Wrong(f"{name} must be {_counted(gives)}; yours is {_counted(numbers.shape)}.")
+        raise Wrong(f"{name} must be {counted(gives)}; yours is {counted(numbers.shape)}.")
     return float(numbers) if gives == () else numbers
 
 
@@ -43,11 +43,12 @@ def _article(word: str) -> str:
     return f"{'an' if word[0].lower() in 'aeiou' else 'a'} {word}"
 
 
-def _counted(shape: tuple) -> str:
+def counted(shape: tuple, what: str = "number") -> str:
+    """A shape in words: `one number`, `3 numbers`, `of shape any x 3`."""
     if shape == ():
-        return "one number"
+        return f"one {what}"
     if len(shape) == 1:
-        return f"{'a row of' if shape[0] is None else shape[0]} numbers"
+        return f"{'a row of' if shape[0] is None else shape[0]} {what}s"
     return f"of shape {' x '.join('any' if n is None else str(n) for n in shape)}"
 
 

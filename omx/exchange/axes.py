@@ -6,7 +6,7 @@ from math import atan2, cos, pi, sin
 import numpy as np
 
 from ..arrays import as_number, as_rows, shown
-from ..dh import Chain, DHRow, as_transform, link_rows
+from ..dh import Chain, DHRow, as_transform, link_matrix
 from ..errors import BadInput
 
 #: Axes nearer to parallel than this (rad) are parallel, unless the caller says otherwise: rounding, and no more.
@@ -47,7 +47,7 @@ def from_axes(
     for i in range(1, len(z)):
         row = _to_next(T, z[i], p[i], tolerance, i)
         rows.append(DHRow(*row, prismatic=slides[i - 1]))
-        T = T @ _matrix(*row)
+        T = T @ link_matrix(*row)
     last, rest = _to_tool(np.linalg.inv(T) @ tool)
     rows.append(DHRow(*last, prismatic=slides[-1]))
     with warnings.catch_warnings():
@@ -81,7 +81,7 @@ def _to_next(T, z, p, tolerance: float, joint: int) -> tuple[float, float, float
     if a < -TOUCHING or (abs(a) <= TOUCHING and x @ x_before < -1e-12):
         x, a = -x, -a
     row = (_angle(x_before, x, z_before), d, a if abs(a) > TOUCHING else 0.0, atan2(float(across @ x), cosine))
-    there = T @ _matrix(*row)
+    there = T @ link_matrix(*row)
     off = np.linalg.norm(np.cross(p - there[:3, 3], z)) + 1e3 * np.linalg.norm(there[:3, 2] - z)
     if off > OFF or abs(d) > FARTHEST:
         raise BadInput(
@@ -104,10 +104,6 @@ def _to_tool(M) -> tuple[tuple[float, float, float, float], np.ndarray | None]:
 def _angle(start, end, about) -> float:
     """The turn from `start` to `end`, both at right angles to the unit vector `about`."""
     return atan2(float(np.cross(start, end) @ about), float(start @ end)) + 0.0
-
-
-def _matrix(theta, d, a, alpha) -> np.ndarray:
-    return np.array(link_rows(theta, d, a, alpha, cos, sin))
 
 
 def _columns(value, name: str) -> np.ndarray:

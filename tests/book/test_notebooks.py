@@ -1,28 +1,21 @@
 """The notebooks write the generated modules, byte for byte; nbval compares their outputs beside this file."""
 
-import os
 import shutil
 
 import pytest
 
-from book.chapters import execute, generate, normalise, runs
+from book.chapters import generate, normalise, runs
 
 CHAPTERS = sorted(normalise.NOTEBOOKS.glob("*.ipynb"))
 WRITERS = sorted(set(generate.sources().values()))
 
 
-@pytest.fixture(scope="module", params=["0", "4242"])
-def written(request, tmp_path_factory):
-    """A folder with all that the writing chapters write, run under one hash seed; 0 is that of the kept runs."""
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """A folder with all that the writing chapters write. tests/browser/test_chapters.py has another hash seed's."""
     folder = tmp_path_factory.mktemp("generated")
-    paths = [normalise.NOTEBOOKS / f"{name}.ipynb" for name in WRITERS]
-    if request.param == "0":
-        runs.run_all(paths)
-        for path in paths:
-            shutil.copytree(runs.generated(path), folder, dirs_exist_ok=True)
-    else:
-        for path in paths:
-            execute.run(path, env={**os.environ, "OMX_GENERATED": str(folder), "PYTHONHASHSEED": request.param})
+    for path in runs.run_all([normalise.NOTEBOOKS / f"{name}.ipynb" for name in WRITERS]):
+        shutil.copytree(runs.generated(path), folder, dirs_exist_ok=True)
     return folder
 
 

@@ -17,7 +17,6 @@ from book.chapters.normalise import normalise, read
 from book.publish import deck, npm, pages, site
 from book.setup.paths import Stop
 from omx.display.viewer import View, html_export
-from omx.display.viewer.dh_row_view import places
 from omx.generated import fk, ik
 from tests.helpers.chapter import chapter, code, markdown, printed
 from tests.helpers.javascript import flat, in_node
@@ -155,17 +154,6 @@ def test_icons_in_use_are_kept_and_the_rest_is_gone(built_site):
 
 
 # ---- kinematics in JavaScript -------------------------------------------------------------------------------
-
-
-def test_javascript_puts_the_marks_of_a_row_where_python_does():
-    rows = [(1.2, 90.0, 110.0, 0.9), (-2.9, -40.0, -120.0, -1.5), (0.05, 0.0, 3.0, 3.1), (math.pi, 150.0, 0.0, -3.0)]
-    script = (site.ROOT / "omx/display/panels/dh_row_panel.js").read_text(encoding="utf-8")
-    for row, ours in zip(rows, in_node("window.OMX_ROW.places(...a)", rows, script), strict=True):
-        nodes, shown = places(row)
-        assert ours["shown"] == shown
-        assert set(ours["nodes"]) == set(nodes)
-        for name, matrix in nodes.items():
-            assert flat(ours["nodes"][name]) == pytest.approx(flat(matrix.tolist()), abs=1e-9), name
 
 
 @pytest.mark.parametrize(

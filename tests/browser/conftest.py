@@ -4,13 +4,14 @@ import json
 import os
 import shutil
 import urllib.request
+from unittest import mock
 
 import pytest
 from playwright.sync_api import sync_playwright
 
 from book.chapters import normalise
 from tests.browser.pages import NotebookPage
-from tests.browser.weblook import Look
+from tests.browser.weblook import Look, served
 from tests.helpers.lab import running_lab
 
 FLAGS = (
@@ -35,18 +36,14 @@ def browser(playwright, chromium):
 
 @pytest.fixture(scope="session")
 def lab(chromium, tmp_path_factory):
-    """JupyterLab on copies of the chapters; what they generate goes to a copy of the generated modules, too."""
+    """JupyterLab on copies of the chapters; what they generate goes to `lab.generated`, under another hash seed."""
     root = tmp_path_factory.mktemp("book")
     shutil.copytree(normalise.NOTEBOOKS, root / "notebooks", ignore=shutil.ignore_patterns(".*"))
     generated = tmp_path_factory.mktemp("generated")
-    before = os.environ.get("OMX_GENERATED")
-    os.environ["OMX_GENERATED"] = str(generated)
-    try:
-        with running_lab(tmp_path_factory.mktemp("lab"), root=root) as lab:
-            lab.root = root
-            yield lab
-    finally:
-        os.environ.pop("OMX_GENERATED") if before is None else os.environ.update(OMX_GENERATED=before)
+    other = mock.patch.dict(os.environ, OMX_GENERATED=str(generated), PYTHONHASHSEED="4242")
+    with other, running_lab(tmp_path_factory.mktemp("lab"), root=root) as lab:
+        lab.root, lab.generated = root, generated
+        yield lab
 
 
 @pytest.fixture(scope="module")
@@ -56,16 +53,29 @@ def window():
 
 
 @pytest.fixture(scope="module")
-def context(browser, window):
+def motion():
+    """Do films play by themselves? A module of tests that looks at none says "reduce": the film on its page stands."""
+    return "no-preference"
+
+
+@pytest.fixture(scope="module")
+def context(browser, window, motion):
     width, height = window
-    context = browser.new_context(viewport={"width": width, "height": height})
+    context = browser.new_context(viewport={"width": width, "height": height}, reduced_motion=motion)
     yield context
     context.close()
 
 
+@pytest.fixture(scope="module")
+def home(built_site):
+    """The address of the site, built from what is here now; a module of tests may have its own."""
+    with served(built_site) as address:
+        yield address
+
+
 @pytest.fixture
 def look(context, home):
-    """A page of the site at `home`, which a module of tests defines."""
+    """A page of what is at `home`."""
     with Look(context, home) as look:
         yield look
 

@@ -1,4 +1,4 @@
-"""Everybody can use it: axe, the keyboard alone, a page of 320 px, and what a screen reader hears.
+"""Everybody can use it: axe, the keyboard alone, and what a screen reader hears. Pages of 320 px are in test_site.py.
 
 `book/accessibility.md` names these tests as its evidence.
 """
@@ -11,17 +11,11 @@ import pytest
 
 import omx
 from book.publish import site
-from tests.browser.test_site import CHAPTERS, pages
-from tests.browser.weblook import Look, serious, served
+from tests.browser.test_site import CHAPTERS
+from tests.browser.weblook import Look, serious
 
 #: One page of each kind of figure and scene.
 LIVE = [path for path in CHAPTERS if re.search("start-here|forward|jacobian|servos|other-arms|differential|pick", path)]
-
-
-@pytest.fixture(scope="module")
-def home(built_site):
-    with served(site.SITE) as address:
-        yield address
 
 
 @pytest.fixture(scope="module")
@@ -86,18 +80,6 @@ def test_axe_finds_nothing_serious_in_the_panels_of_a_notebook(open_page, notebo
 
 
 BOX = "(b) => { const { left, top, right, bottom } = b.getBoundingClientRect(); return [left, top, right, bottom]; }"
-
-
-def test_nothing_is_lost_at_four_hundred_percent(browser, home):
-    context = browser.new_context(viewport={"width": 320, "height": 640})
-    with Look(context, home) as look:
-        for path in pages():
-            look.open(path).settle()
-            assert look.page.evaluate("document.documentElement.scrollWidth") <= 320, path
-            for box in look.page.locator(".omx-panel :is(input, button, output, .omx-plot)").all():
-                place = box.bounding_box()
-                assert place is None or (place["x"] >= 0 and place["x"] + place["width"] <= 320), path
-    context.close()
 
 
 def test_a_scenes_buttons_are_all_in_sight_at_four_hundred_percent(browser, home):

@@ -16,7 +16,7 @@ SCENE = "from omx.display.viewer import Camera, View\nview = View()\nview.frames
 
 
 def test_a_reload_brings_the_scene_back(open_page, notebook):
-    page = open_page(notebook(SCENE, "view.q = (0.4, -0.5, 0.3, 0.9)\nview.dark = True"))
+    page = open_page(notebook(SCENE, "view.q = (0.4, -0.5, 0.3, 0.9)"))
     page.run_all()
     page.scene()
     page.settle()

@@ -9,18 +9,10 @@ import pytest
 
 import omx
 from book.publish import site
-from omx.display.viewer.dh_row_view import places
-from tests.browser.weblook import Look, image_of, is_blank, picture, served
+from tests.browser.weblook import Look, image_of, is_blank, picture
 
 LIMIT = 1_500_000
 SHARED = ("_static/omx-view.js", "_static/mathjax/tex-svg-full.js")
-
-
-@pytest.fixture(scope="module")
-def home(built_site):
-    """The address of the site, built from what is here now."""
-    with served(site.SITE) as address:
-        yield address
 
 
 @pytest.fixture(scope="module")
@@ -43,31 +35,53 @@ def name_of(path):
     return path.split("/")[1][3:].removesuffix(".html")
 
 
-@pytest.mark.parametrize("path", pages())
-def test_a_page_loads_whole_is_light_and_stays_at_home(look, path):
-    look.open(path).settle()
-    weight = look.weight()
-    own = sum(size for name, size in weight.items() if name not in SHARED)
+@pytest.fixture(scope="module", params=CHAPTERS)
+def chapter(request, context, home):
+    """A chapter's page, its formulas typeset: opened once for all tests that ask for it."""
+    with Look(context, home) as look:
+        yield look.open(request.param).settle()
+
+
+def is_whole_and_light(look):
+    own = {name: size for name, size in look.weight().items() if name not in SHARED}
     assert look.problems == []
-    assert own < LIMIT, f"{path} weighs {own / 1e6:.2f} MB: {sorted(weight.items(), key=lambda item: -item[1])[:4]}"
+    assert sum(own.values()) < LIMIT, f"{sum(own.values())} bytes: {sorted(own.items(), key=lambda item: -item[1])[:4]}"
 
 
-@pytest.mark.parametrize("path", CHAPTERS)
-def test_a_chapter_shows_formulas_scenes_and_no_dead_widget(look, path):
+def has_all_in_sight(look):
+    """At 400 %, a page of 1280 px is 320 px wide."""
+    look.page.set_viewport_size({"width": 320, "height": 640})
+    assert look.page.evaluate("document.documentElement.scrollWidth") <= 320
+    for box in look.page.locator(".omx-panel :is(input, button, output, .omx-plot)").all():
+        place = box.bounding_box()
+        assert place is None or (place["x"] >= 0 and place["x"] + place["width"] <= 320)
+
+
+@pytest.mark.parametrize("path", [path for path in pages() if path not in CHAPTERS])
+def test_a_page_loads_whole_is_light_stays_at_home_and_loses_nothing_at_four_hundred_percent(look, path):
     look.open(path).settle()
-    assert look.page.locator("mjx-container").count() == look.page.locator(".math").count() or maths_is_typeset(look)
-    assert look.page.locator("mjx-merror").count() == 0
-    assert look.page.locator("script[type*='widget']").count() == 0
-    assert look.page.locator(".cell_output >> text=JointPanel:").count() == 0
-    pictures = look.page.locator("article img:not(.omx-print)")
+    is_whole_and_light(look)
+    has_all_in_sight(look)
+
+
+def test_a_chapter_loads_whole_is_light_and_stays_at_home(chapter):
+    is_whole_and_light(chapter)
+
+
+def test_a_chapter_shows_formulas_scenes_and_no_dead_widget(chapter):
+    assert chapter.page.locator("mjx-container").count() == chapter.page.locator(".math").count() or is_typeset(chapter)
+    assert chapter.page.locator("mjx-merror").count() == 0
+    assert chapter.page.locator("script[type*='widget']").count() == 0
+    assert chapter.page.locator(".cell_output >> text=JointPanel:").count() == 0
+    pictures = chapter.page.locator("article img:not(.omx-print)")
     for i in range(pictures.count()):
         assert len(pictures.nth(i).get_attribute("alt") or "") > 20, f"picture {i} has no alt text"
-    for box in scenes(look):
-        frame = look.scene(box)
+    for box in scenes(chapter):
+        frame = chapter.scene(box)
         assert not is_blank(picture(frame)), "a scene is blank"
         if frame.evaluate("omxScene.viewer.animator.actions.length"):
             plays_and_pauses(frame)
-    assert look.problems == []
+    assert chapter.problems == []
 
 
 #: Blocks of code, and those among them that scroll sideways; the smallest type among them, px.
@@ -78,15 +92,17 @@ CODE = """() => {
 }"""
 
 
-@pytest.mark.parametrize("path", CHAPTERS)
-def test_nearly_all_code_is_seen_without_scrolling(look, path):
-    look.open(path).settle()
-    blocks, wide, type_px = look.page.evaluate(CODE)
+def test_nearly_all_code_is_seen_without_scrolling(chapter):
+    blocks, wide, type_px = chapter.page.evaluate(CODE)
     assert wide <= 0.15 * blocks
     assert type_px >= 10.5
 
 
-def maths_is_typeset(look):
+def test_a_chapter_loses_nothing_at_four_hundred_percent(chapter):
+    has_all_in_sight(chapter)
+
+
+def is_typeset(look):
     """No dollar and no backslash command of a formula is left in the text."""
     words = "a => [...a.querySelectorAll('.math')].map(m => m.innerText).join(' ')"
     return "\\" not in look.page.locator("article").evaluate(words)
@@ -247,12 +263,34 @@ def test_the_sliders_of_a_row_move_its_frames_and_its_matrix(look):
     A = omx.Chain([omx.DHRow(*row)]).fk([0.0])
     told = [float(text.replace("−", "-")) for text in panel.locator(".omx-matrix td").all_inner_texts()]
     assert np.reshape(told, (4, 4)) == pytest.approx(A, abs=0.051)
-    nodes, shown = places(row)
-    for name, matrix in nodes.items():
+    frames = {"last": A, "next_axis": A, "d": np.eye(4), "theta": np.eye(4)}
+    for name, matrix in frames.items():
         drawn, _ = node(frame, name)
         drawn[:3, 3] *= 1e3
         assert drawn == pytest.approx(matrix, abs=1e-4), name
+    shown = {"theta": True, "d": True, "a": False, "alpha": True}
     assert {name: node(frame, name)[1] for name in shown} == shown
+    assert {name: node(frame, f"{name}_name")[1] for name in shown} == shown
+    assert look.problems == []
+
+
+def test_the_marks_of_a_row_are_drawn_as_python_draws_them(look):
+    """There and back: the sliders' own script draws what was in the scene when it came."""
+    look.open("notebooks/02-frames-and-dh.html").settle()
+    panel = look.page.locator(".omx-panel[data-kind=row]")
+    frame = look.scene(panel.locator(".omx-scene"))
+    box = "(name) => { const { min, max } = new MeshCat.THREE.Box3().setFromObject(omxScene.viewer.scene_tree.find("
+    box += "['meshcat', 'notes', name]).object); return [...min.toArray(), ...max.toArray()].map((v) => 1e3 * v); }"
+    names = ("theta", "d", "a", "alpha", "theta_name", "d_name", "a_name", "alpha_name")
+    before = {name: frame.evaluate(box, name) for name in names}
+    sliders = [panel.get_by_role("slider", name=name) for name in ("θ in °", "d in mm", "a in mm", "α in °")]
+    first = [slider.input_value() for slider in sliders]
+    for values in ([-170, -100, -30, -90], [0, 0, 0, 0], first):
+        for slider, value in zip(sliders, values, strict=True):
+            slider.fill(str(value))
+        look.page.wait_for_timeout(300)
+    for name in names:
+        assert frame.evaluate(box, name) == pytest.approx(before[name], abs=1.0), name
     assert look.problems == []
 
 

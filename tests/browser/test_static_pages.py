@@ -128,7 +128,7 @@ def test_scenes_share_one_script_and_wait_for_the_reader(show, tmp_path):
     write_site_script(tmp_path)
     gap = '<div style="height:4000px"></div>'
     path = write(
-        tmp_path, View().static_html(shared=True), gap, View(omx.ZERO, dark=True).static_html(shared=True),
+        tmp_path, View().static_html(shared=True), gap, View(omx.ZERO).static_html(shared=True),
         script='<script src="omx-view.js" defer></script>',
     )  # fmt: skip
     page, asked = show(path)

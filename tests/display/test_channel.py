@@ -13,7 +13,6 @@ from meshcat.geometry import Box, MeshPhongMaterial
 
 from omx.display.viewer import channel as channels
 from omx.display.viewer.channel import INTERVAL, Channel
-from omx.display.viewer.commands import delete, set_property, set_transform, transform_head
 from tests.helpers.scenes import Clock, Page, decoded
 
 PATHS = ["/meshcat/a", "/meshcat/a/b", "/meshcat/ab", "/meshcat/c", "/Grid", "/Background"]
@@ -31,11 +30,11 @@ def channel(clock):
 
 def write(channel, kind, path, value):
     if kind == "delete":
-        channel.put("delete", path, delete(path))
+        channel.delete(path)
     elif kind == "set_transform":
-        channel.put(kind, path, set_transform(transform_head(path), [float(value)] * 16))
+        channel.place(path, np.full((4, 4), float(value)))
     else:
-        channel.put("set_property", path, set_property(path, "visible", value), "visible")
+        channel.set(path, "visible", value)
 
 
 def test_a_burst_costs_one_message_and_the_newest_wins(channel, clock):
@@ -196,8 +195,12 @@ def test_numpy_scalars_become_plain_numbers(channel):
 def test_packed_transforms_are_what_the_visualizer_sends(channel):
     matrix = np.random.default_rng(1).normal(size=(4, 4))
     Visualizer(window=channel)["a"].set_transform(matrix)
-    ours = set_transform(transform_head("/meshcat/a"), matrix.T.ravel().tolist())
-    assert umsgpack.unpackb(ours) == decoded(channel)["set_transform", "/meshcat/a", ""]
+    theirs = decoded(channel)["set_transform", "/meshcat/a", ""]
+    matrix[:3, 3] *= 1e3  # ours are in mm
+    channel.place("/meshcat/a", matrix)
+    ours = decoded(channel)["set_transform", "/meshcat/a", ""]
+    assert ours.keys() == theirs.keys()
+    np.testing.assert_allclose(ours["matrix"], theirs["matrix"], rtol=1e-15)
 
 
 def test_what_a_channel_cannot_do_it_says(channel):

@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 import omx
 from omx.display.panels import RowPanel
 from omx.display.viewer import RowView
-from omx.display.viewer.dh_row_view import places
-from tests.helpers.scenes import decoded, objects, placed
+from tests.helpers.scenes import bounds, decoded, objects, placed
 
 angles = st.floats(-math.pi, math.pi)
 lengths = st.floats(-150, 150)
@@ -42,38 +41,30 @@ def test_the_frames_stand_where_the_link_matrix_says(row):
 test_the_frames_stand_where_the_link_matrix_says.view = RowView()
 
 
-def tip(nodes, path, point):
-    """Where a point (3,) of a mark's part is, seen from frame {0}, mm."""
-    name, _, _ = path.partition("/")
-    return (nodes[name] @ nodes[path] @ (*point, 1.0))[:3]
-
-
 @given(st.tuples(angles, lengths, lengths, angles))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_the_marks_lead_from_frame_to_frame(row):
-    """Each arrow ends where the next move begins, and each arc at the axis that was turned."""
-    theta, d, a, _ = row
-    nodes, _ = places(row)
-    lifted, shifted, end = (omx.Chain([omx.DHRow(*r)]).fk([0.0]) for r in ((theta, d, 0, 0), (theta, d, a, 0), row))
-    np.testing.assert_allclose(tip(nodes, "d/head", (0, 0, 10.4)), lifted[:3, 3], atol=5e-3)
-    np.testing.assert_allclose(tip(nodes, "a/head", (0, 0, 10.4)), shifted[:3, 3], atol=5e-3)
-    np.testing.assert_allclose(tip(nodes, "theta/head", (75, 0, 0)), 75 * end[:3, 0], atol=1e-9)
-    np.testing.assert_allclose(tip(nodes, "alpha/head", (75, 0, 0)), shifted[:3, 3] + 75 * end[:3, 2], atol=1e-9)
-    for matrix in nodes.values():
-        assert np.linalg.det(matrix[:3, :3]) > 0, "a mirrored mark"
-
-
-@given(angles)
-@settings(max_examples=60, deadline=None)
-def test_the_pieces_of_an_arc_follow_each_other_up_to_its_head(angle):
-    nodes, shown = places((angle, 0, 0, 0))
-    at = 0.0
-    for size in (128, 64, 32, 16, 8, 4, 2, 1):
-        if shown[f"theta/{size}"]:
-            piece = nodes[f"theta/{size}"]
-            assert math.degrees(math.atan2(piece[1, 0], piece[0, 0])) % 360 == pytest.approx(at % 360, abs=1e-9)
-            at += size
-    assert -3.0 <= at - abs(math.degrees(angle)) <= 0 or abs(math.degrees(angle)) < 3
+    """Each arrow ends where the next move begins; each arc lies about its axis, on the side to which it turns."""
+    view = test_the_frames_stand_where_the_link_matrix_says.view
+    view.row = row
+    shown = marks(view)
+    for name, length in (("d", row[1]), ("a", row[2])):
+        assert (name in shown) == (f"{name}_name" in shown) == (abs(length) >= 1)
+        if name in shown:
+            (low, high), z = bounds(view.channel, f"{NOTES}/{name}"), 2
+            assert (low[z], high[z]) == pytest.approx(sorted((0, length)), abs=0.01)
+            start = omx.Chain([omx.DHRow(row[0], row[1] if name == "a" else 0, 0, 0)]).fk([0.0])
+            frame = placed(view.channel, f"{NOTES}/{name}")
+            np.testing.assert_allclose(frame[:3, 3], start[:3, 3], atol=1e-6)
+            np.testing.assert_allclose(frame[:3, 2], start[:3, 0 if name == "a" else 2], atol=1e-9)
+    for name, angle in (("theta", row[0]), ("alpha", row[3])):
+        if name in shown:
+            low, high = bounds(view.channel, f"{NOTES}/{name}")
+            inside, outside = (low[1], high[1]) if angle < 0 else (-high[1], -low[1])
+            assert inside <= -min(75 * abs(math.sin(angle)), 75) + 1.2 or abs(angle) > math.pi / 2
+            assert outside < 3.0
+            assert abs(low[2]) < 2.7
+            assert abs(high[2]) < 2.7
 
 
 @pytest.mark.parametrize(("index", "name"), list(enumerate(("theta", "d", "a", "alpha"))))

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from omx.display.viewer.mesh import Solid, circle, slot
-from omx.display.viewer.primitives import ball, cone, tube
+from omx.display.viewer.mesh import Solid, ball, circle, cone, slot, tube
 
 GREY = (90, 90, 90)
 

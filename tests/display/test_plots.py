@@ -24,9 +24,6 @@ PICTURES = {
     "branches": lambda: plots.side_view(*omx.ik([150, 0, 200, 0])),
     "curves": lambda: plots.curves(GRID, {"a": GRID, "b": -GRID}, "q3 (deg)", "det (mm^3)", marks=[(0.5, "half")]),
     "one curve": lambda: plots.curves(GRID, {"": GRID}, "t (s)", "q1 (deg)"),
-    "heat_map": lambda: plots.heat_map(
-        GRID, GRID, np.add.outer(GRID, GRID), "q2 (deg)", "q3 (deg)", "w (mm)", marks=[(0, 0, "zero")]
-    ),
     "cloud": lambda: plots.cloud(np.random.default_rng(0).normal(size=(500, 3)), alt="A ball of points"),
     "plane": lambda: plots.plane([SQUARE, 0.5 * SQUARE], arcs=[ARM], points=ARM),
     "plane_map": lambda: plots.plane_map(GRID, GRID, np.add.outer(GRID, GRID), "share (%)", [0.2 + 0.1 * SQUARE]),
@@ -148,14 +145,6 @@ def test_branches_out_of_reach_are_left_out_and_an_empty_view_says_so():
     nothing = plots.side_view(*omx.ik([600, 0, 204, 0]))
     assert line_points(nothing) == []
     assert "no branch is within reach" in nothing.alt
-
-
-def test_a_heat_map_shows_its_values_and_leaves_nan_blank():
-    values = np.array([[1.0, 2.0, np.nan], [4.0, 5.0, 6.0]])
-    picture = plots.heat_map([0, 1, 2], [10, 20], values, "a (deg)", "b (deg)", "c (mm)")
-    drawn = axes_of(picture).collections[0].get_array()
-    np.testing.assert_array_equal(np.ma.filled(drawn, np.nan).reshape(2, 3), values)
-    assert "smallest 1, largest 6, at 2 and 20" in picture.alt
 
 
 def test_curves_are_the_values_given():

@@ -62,9 +62,9 @@ def test_what_was_taught_while_the_button_was_held_is_replayed_while_another_is(
     assert led[0] > math.radians(8)
     stands(panel, led)
     assert 90 <= len(read_log(panel.path)) <= 125
-    assert math.degrees(panel.panel.joints.q[0]) == pytest.approx(math.degrees(led[0]), abs=1)
+    assert math.degrees(panel.joints.q[0]) == pytest.approx(math.degrees(led[0]), abs=1)
     hold(panel, panel.replay_button, 10.0)
-    assert "Replayed" in panel.panel.message.value
+    assert "Replayed" in panel.message.value
     stands(panel, led)
 
 
@@ -80,7 +80,7 @@ def test_a_replay_ends_in_the_middle_with_its_button(panel, release):
     between = where(panel)
     assert math.radians(1) < between[0] < led[0] - math.radians(5)
     stands(panel, between, 3.0)
-    assert "holds" in panel.panel.message.value
+    assert "holds" in panel.message.value
 
 
 def test_one_press_is_one_replay_however_long_it_is_held(panel):
@@ -92,7 +92,7 @@ def test_one_press_is_one_replay_however_long_it_is_held(panel):
     panel.robot.bus.history.clear()
     panel.robot.clock.sleep(5.0)  # the button is held all the while
     assert sent > 100 > len(panel.robot.bus.history)
-    assert "Replayed" in panel.panel.message.value
+    assert "Replayed" in panel.message.value
     panel.robot.clock.sleep(20.0)
     hold(panel, panel.replay_button, 5.0)
     assert len(panel.robot.bus.history) > 100, "the next press does it again"
@@ -103,10 +103,10 @@ def test_a_hand_that_leads_too_far_is_told_and_the_teaching_does_not_begin_again
     arm.push(0.0, 0.9)
     hold(panel, panel.teach_button, 20.0)
     arm.push()
-    said = panel.panel.message.value
+    said = panel.message.value
     assert "the arm holds in position mode: q2 turned at" in said
     panel.robot.clock.sleep(2.0)  # the button is still held
-    assert panel.panel.message.value == said
+    assert panel.message.value == said
     assert not panel.robot.driver.push
 
 
@@ -120,21 +120,21 @@ def test_a_leader_is_followed_while_the_button_is_held(panel):
 
 
 def test_stop_ends_the_teaching_and_nothing_goes_on_before_resume(panel):
-    panel.robot.clock.later(1.0, panel.panel.stop)
+    panel.robot.clock.later(1.0, panel.stop)
     hold(panel, panel.teach_button, 2.0)
     assert panel.robot.driver.stopped
     before = where(panel)
     hold(panel, panel.follow_button, 1.0)
-    assert "Press Resume" in panel.panel.message.value
+    assert "Press Resume" in panel.message.value
     stands(panel, before)
 
 
 def test_what_is_missing_is_said_in_the_panel(panel):
     hold(panel, panel.replay_button, 0.5)
-    assert "taught.csv" in panel.panel.message.value
+    assert "taught.csv" in panel.message.value
     panel.robot.park()
     hold(panel, panel.teach_button, 0.5)
-    assert "Press Motors on" in panel.panel.message.value
+    assert "Press Motors on" in panel.message.value
 
 
 def test_with_threads_a_beat_returns_at_once_and_the_arm_holds_when_no_more_come(tmp_path):
@@ -144,7 +144,7 @@ def test_with_threads_a_beat_returns_at_once_and_the_arm_holds_when_no_more_come
     panel.follow_button.held = True
     panel.follow_button.press += 1
     panel.follow_button.beat += 1
-    while panel._silent_at:
+    while panel._released_at:
         robot.clock.sleep(0.1)
     with panel._running:
         assert robot.driver.brake.holding

@@ -22,6 +22,17 @@ def objects(channel, root):
     return {path for kind, path, _ in channel.log if kind == "set_object" and path.startswith(root)}
 
 
+def bounds(channel, path):
+    """The box around the solids of a node, in its own frame, mm: two corners (3,)."""
+    lowered = decoded(channel)["set_object", path, ""]["object"]
+    meshes = zip(lowered["geometries"], lowered["object"]["children"], strict=False)
+    parts = [
+        np.frombuffer(geometry["data"]["attributes"]["position"]["array"].data, "<i2").reshape(-1, 3) * child["scale"]
+        for geometry, child in meshes
+    ]
+    return 1e3 * np.vstack(parts).min(axis=0), 1e3 * np.vstack(parts).max(axis=0)
+
+
 class Page:
     """A page: collects messages as the notebook's JavaScript does, and keeps the state of the scene."""
 

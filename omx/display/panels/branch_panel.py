@@ -6,7 +6,6 @@ import ipywidgets
 
 from ...errors import OmxError
 from ..palette import PALETTE
-from ..viewer.moving_parts import put_property
 from ..viewer.view import View
 from . import tables
 from .panel import Panel, side_by_side
@@ -35,9 +34,6 @@ class BranchPanel(Panel):
         self._solutions, self._chosen, self._message = (), None, ""
         controls = ipywidgets.VBox([*(line for _, line in rows), self._choice])
         super().__init__(view, [side_by_side(controls, self._text), self._notice], q)
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}: {self.view!r}"
 
     @property
     def branch(self) -> str:
@@ -71,7 +67,7 @@ class BranchPanel(Panel):
 
     def _keep(self) -> None:
         """A branch was chosen: in the scene, too, a dragged tool keeps to it."""
-        put_property(self.view.channel, "/meshcat/arm", "branch", "" if self.branch == NEAREST else self.branch)
+        self.view.channel.set("/meshcat/arm", "branch", "" if self.branch == NEAREST else self.branch)
         self._solve()
 
     def _ask(self, pose) -> None:

@@ -10,7 +10,6 @@ from ...errors import BadInput
 from ...geometry import COURSE
 from ...kinematics import pose as tool_pose
 from ..viewer.arm_drawings import is_our_arm
-from ..viewer.moving_parts import put_property
 from ..viewer.view import View
 from . import tables
 from .panel import Panel, as_view, side_by_side, slider_row
@@ -57,9 +56,6 @@ class JointPanel(Panel):
         table.observe(lambda change: view.frames(*{*self._shown, *([change["new"]] if change["new"] else [])}), "lit")
         return table
 
-    def __repr__(self) -> str:
-        return f"JointPanel: {self.view!r}"
-
     def _buttons(self, view: View):
         poses = {"zero": clipped((0.0,) * len(self.chain), self.chain.limits)}  # or the limit nearest to it
         if view.geometry is not None:
@@ -88,7 +84,7 @@ class JointPanel(Panel):
         with self.view.channel.batch():
             self.view.frames(*range(len(self.chain) + 1))
             for i in {*range(len(self.chain) + 1)} - {*self._shown}:
-                put_property(self.view.channel, f"/meshcat/frames/{i}", "visible", False)
+                self.view.channel.set(f"/meshcat/frames/{i}", "visible", False)
             try:
                 return super().static_html(shared=shared)
             finally:

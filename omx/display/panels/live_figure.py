@@ -40,7 +40,7 @@ export default { render({ model, el }) {
 
 def script() -> str:
     """The panels' scripts as one: what a page loads after the kinematics."""
-    names = ("dh_row_panel.js", "figures.js", "chart.js", "panel.js")
+    names = ("figures.js", "chart.js", "panel.js")
     return "\n".join((_HERE / name).read_text(encoding="utf-8") for name in names)
 
 

@@ -2,7 +2,7 @@
 // same code generator writes them as Python and as JavaScript (omx-kinematics.js).
 (function () {
   "use strict";
-  const { OMX_ARM: A, OMX_ROW, OMX_FIGURES, OMX_CHART } = window;
+  const { OMX_ARM: A, OMX_FIGURES, OMX_CHART } = window;
   if (!window.OMX_KINEMATICS) return;
   const { DEG, text, columns } = A;
   const NEAREST = "nearest", SETTLE_MS = 450; // until what a figure says is spoken
@@ -74,7 +74,7 @@
       if (!this.frame()) return;
       this.asked ??= requestAnimationFrame(() => {
         this.asked = null;
-        if (this.kind === "row") return this.sendRow();
+        if (this.kind === "row") return this.post({ omx: "row", row: this.q });
         const nodes = {}, visible = {};
         if (this.pale) visible["/meshcat/ghosts"] = false;
         this.frames(this.q).forEach((T, i) => { nodes[`/meshcat/arm/${i}`] = columns(T); });
@@ -90,7 +90,7 @@
           visible[`/meshcat/ghosts/${k}`] = s.reachable && s.index !== this.chosen?.index;
           if (s.reachable) this.frames(s.q).forEach((T, i) => { nodes[`/meshcat/ghosts/${k}/${i}`] = columns(T); });
         });
-        this.post(nodes, visible, this.kept?.());
+        this.post({ omx: "transforms", nodes, visible, branch: this.kept?.() });
       });
     }
 
@@ -118,14 +118,29 @@
     }
 
     tell() {
-      for (const message of this.messages ?? []) this.frame()?.contentWindow?.postMessage(message, "*");
+      for (const message of this.messages ?? []) this.post(message);
     }
 
-    post(nodes, visible, branch) {
-      this.frame()?.contentWindow?.postMessage({ omx: "transforms", nodes, visible, branch }, "*");
+    post(message) {
+      this.frame()?.contentWindow?.postMessage(message, "*");
     }
 
-    slider(list, name, unit, low, high, value, hear, step = 1) {
+    // A slider for each [name, unit, low, high, value, step], and room for the answer; `hear` gets the number of one that moves.
+    makeSliders(rows, hear) {
+      const list = element("div", { class: "omx-sliders" });
+      this.inputs = rows.map((row, i) => this.slider(list, () => hear(i), ...row));
+      this.answer = element("div", { class: "omx-answer" });
+      this.controls.append(list, this.answer);
+      return list;
+    }
+
+    // The joint values, or the row, that the sliders stand for.
+    heard() {
+      this.q = this.inputs.map((input, k) => Number(input.value) * this.scales[k]);
+      this.show();
+    }
+
+    slider(list, hear, name, unit, low, high, value, step = 1) {
       const input = element("input", { type: "range", min: low, max: high, step, "aria-label": unit ? `${name} in ${unit}` : name });
       input.value = value;
       const output = element("output", {}), digits = (String(step).split(".")[1] ?? "").length;
@@ -144,19 +159,15 @@
     // -- joints ---------------------------------------------------------------------------------------------------
 
     jointsControls() {
-      const sliders = element("div", { class: "omx-sliders" });
       const joints = this.q.map((_, i) => {
         const sliding = this.about.rows[i].prismatic;
         const scale = sliding ? 1 : DEG;
         const [low, high] = this.about.limits?.[i] || (sliding ? [0, 100] : [-Math.PI, Math.PI]);
         return { scale, low: Math.ceil(low / scale - 1e-6), high: Math.floor(high / scale + 1e-6), unit: sliding ? "mm" : "\u00b0" };
       });
-      this.inputs = joints.map(({ scale, low, high, unit }, i) =>
-        this.slider(sliders, this.about.names[i], unit, low, high, this.q[i] / scale, () => {
-          this.q = this.inputs.map((input, k) => Number(input.value) * joints[k].scale);
-          this.show();
-        }));
       this.scales = joints.map(({ scale }) => scale);
+      const rows = joints.map(({ scale, low, high, unit }, i) => [this.about.names[i], unit, low, high, this.q[i] / scale]);
+      const sliders = this.makeSliders(rows, () => this.heard());
       const go = (name, q) => {
         const button = element("button", { type: "button" }, name);
         button.addEventListener("click", () => {
@@ -169,8 +180,6 @@
       const poses = [go("zero", joints.map(({ low, high, scale }) => scale * Math.min(Math.max(0, low), high)))];
       if (this.about.home) poses.push(go("home", this.about.home));
       sliders.append(element("p", { class: "omx-poses" }, ...poses));
-      this.answer = element("div", { class: "omx-answer" });
-      this.controls.append(sliders, this.answer);
       if (this.terms) this.controls.append(this.dhTable());
     }
 
@@ -223,22 +232,10 @@
     // -- one DH row -----------------------------------------------------------------------------------------------
 
     rowControls() {
-      const sliders = element("div", { class: "omx-sliders" });
-      const scales = this.sliders.map(([, unit]) => (unit === "mm" ? 1 : DEG));
-      this.inputs = this.sliders.map(([name, unit, low, high], i) =>
-        this.slider(sliders, GREEK[name] || name, unit === "mm" ? "mm" : "\u00b0", low, high, this.q[i] / scales[i], () => {
-          this.q = this.inputs.map((input, k) => Number(input.value) * scales[k]);
-          this.show();
-        }));
-      this.answer = element("div", { class: "omx-answer" });
-      this.controls.append(sliders, this.answer);
-    }
-
-    sendRow() {
-      const { nodes, shown } = OMX_ROW.places(...this.q);
-      const there = (things, value) =>
-        Object.fromEntries(Object.entries(things).map(([name, v]) => [`/meshcat/notes/${name}`, value(v)]));
-      this.post(there(nodes, columns), there(shown, (v) => v));
+      this.scales = this.sliders.map(([, unit]) => (unit === "mm" ? 1 : DEG));
+      const rows = this.sliders.map(([name, unit, low, high], i) =>
+        [GREEK[name] || name, unit === "mm" ? "mm" : "\u00b0", low, high, this.q[i] / this.scales[i]]);
+      this.makeSliders(rows, () => this.heard());
     }
 
     writeRow() {
@@ -253,20 +250,18 @@
       const task = A.task(this.about), changed = () => { this.solve(); this.show(); };
       this.pose = A.pose(this.q, this.about);
       this.values = task.values(this.pose);
-      const sliders = element("div", { class: "omx-sliders" });
-      this.inputs = this.sliders.map(([name, unit, low, high], i) =>
-        this.slider(sliders, name, unit === "mm" ? "mm" : "\u00b0", low, high, this.values[i], () => {
-          this.values[i] = Number(this.inputs[i].value); // the others keep what they stand for
-          this.pose = task.asked(this.values);
-          changed();
-        }));
+      const rows = this.sliders.map(([name, unit, low, high], i) => [name, unit === "mm" ? "mm" : "\u00b0", low, high, this.values[i]]);
+      const sliders = this.makeSliders(rows, (i) => {
+        this.values[i] = Number(this.inputs[i].value); // the others keep what they stand for
+        this.pose = task.asked(this.values);
+        changed();
+      });
       this.choice = element("select", {}, ...[NEAREST, ...this.about.branches].map((name) => element("option", {}, name)));
       this.choice.addEventListener("change", changed);
       sliders.append(element("label", { class: "omx-choice" }, element("i", {}, "branch"), this.choice));
       this.verdict = element("p", { role: "status" }); // spoken where it changes, not with every number below it
       this.table = element("div", {});
-      this.answer = element("div", { class: "omx-answer" }, this.verdict, this.table);
-      this.controls.append(sliders, this.answer);
+      this.answer.append(this.verdict, this.table);
       this.solve();
     }
 
@@ -303,13 +298,10 @@
     // -- a live figure ---------------------------------------------------------------------------------------------
 
     figureControls() {
-      const sliders = element("div", { class: "omx-sliders" });
       this.plot = element("div", { class: "omx-plot" });
-      this.inputs = this.sliders.map(([name, unit, low, high, value, step]) =>
-        this.slider(sliders, name, unit, low, high, value, () => this.show(), step));
-      this.answer = element("div", { class: "omx-answer omx-says" });
+      this.makeSliders(this.sliders, () => this.show());
+      this.answer.classList.add("omx-says");
       this.box.replaceChildren(this.plot, this.controls);
-      this.controls.append(sliders, this.answer);
       new ResizeObserver(() => { if (![0, this.width].includes(this.plot.clientWidth)) this.write(); }).observe(this.plot);
     }
 

@@ -1,4 +1,4 @@
-"""What both panels share: a view, its joint values, and one way out for commands."""
+"""What panels share: a view, its joint values, and one way out for commands."""
 
 import html
 import json
@@ -129,6 +129,9 @@ class Panel(ipywidgets.VBox):
         if answered:
             self._told.remove(answered)
         return answered is not None
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}: {self.view!r}"
 
     def _repr_mimebundle_(self, **_) -> dict:
         return mimebundle(self.view, self)

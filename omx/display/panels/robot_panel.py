@@ -20,6 +20,7 @@ import ipywidgets
 import traitlets
 
 from ...arm import JOINT_IDS, PARK_SPEED
+from ...dh import clipped
 from ...errors import BadInput, Collision, JointLimit, NotReady, OmxError, ServoFault, Stalled, Stopped, TorqueOff
 from ...hardware.clock import SteppedClock
 from ...hardware.dynamixel import registers as reg
@@ -70,7 +71,7 @@ class RobotPanel(ipywidgets.VBox):
         if isinstance(robot.clock, SteppedClock):
             robot.clock.run()
         limits = self.driver.guard.soft_limits
-        start = _inside(self.driver.read().q, limits)  # an arm that hangs without torque may lie outside its limits
+        start = clipped(self.driver.read().q, limits)  # an arm that hangs without torque may lie outside its limits
         self.joints = JointPanel(view or View(start, geometry=robot.geometry), limits=limits)
         self.joints.on_command = lambda q: None  # the ghost alone; the arm goes there while the button is held
         self._aim: tuple[float, ...] | None = None
@@ -152,7 +153,7 @@ class RobotPanel(ipywidgets.VBox):
             return
         if on:
             self.driver.torque_on()
-            self.joints.q = _inside(self.driver.read().q, self.driver.guard.soft_limits)
+            self.joints.q = clipped(self.driver.read().q, self.driver.guard.soft_limits)
             self._say("Motors on. Nothing moves before you hold the button.")
         else:
             self.motors.value = True
@@ -267,22 +268,24 @@ class RobotPanel(ipywidgets.VBox):
 def _watch(panel, closing: threading.Event) -> None:
     """Ten looks a second, until the panel is closed or nobody has it any more."""
     while not closing.wait(LOOK_S):
-        here = panel()
-        if here is None or not here.robot.bus.is_open:
+        if not _looked(panel()):
             return
-        here._try(here.look)
-        del here
 
 
 async def _watch_between_cells(panel, closing: threading.Event) -> None:
     """The same looks, in turn with the cells."""
     while not closing.is_set():
         await asyncio.sleep(LOOK_S)
-        here = panel()
-        if here is None or not here.robot.bus.is_open:
+        if not _looked(panel()):
             return
-        here._try(here.look)
-        del here
+
+
+def _looked(panel: RobotPanel | None) -> bool:
+    """One look, if there is still something to look at."""
+    if panel is None or not panel.robot.bus.is_open:
+        return False
+    panel._try(panel.look)
+    return True
 
 
 def _this_cell() -> str | None:
@@ -308,10 +311,6 @@ def _in_buttons(error: OmxError) -> str:
     if isinstance(error, (BadInput, NotReady)) and "write_motor_state" in str(error):
         return f"{str(error).partition(': `robot')[0]}. Hold Relax, then press Motors on."
     return str(error)
-
-
-def _inside(q, limits) -> tuple[float, ...]:
-    return tuple(min(max(value, low), high) for value, (low, high) in zip(q, limits, strict=True))
 
 
 def heard_at_once(widget) -> None:

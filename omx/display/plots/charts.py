@@ -1,4 +1,4 @@
-"""Numbers against numbers: curves over one variable, a colour map over two."""
+"""Numbers against numbers: curves over one variable."""
 
 from collections.abc import Mapping, Sequence
 
@@ -8,14 +8,6 @@ from ...arrays import shown
 from ...errors import BadInput
 from ..palette import INK, PALE
 from .picture import Picture, as_points, axes_of, cycle, finish, span_text
-
-#: Words on a heat map: white on a dark patch, readable on every colour.
-ON_COLOUR = {
-    "fontsize": 11,
-    "color": "white",
-    "weight": "bold",
-    "bbox": {"boxstyle": "round", "fc": INK, "alpha": 0.75},
-}
 
 
 def curves(
@@ -56,21 +48,3 @@ def curves(
     return Picture(
         figure, f"{alt or f'{y} against {x}'}: {x} from {across[0]:.4g} to {across[-1]:.4g}; {told}{marked}."
     )
-
-
-def heat_map(across, up, values, x: str, y: str, z: str, marks=(), alt: str = "") -> Picture:
-    """A scalar over two variables: `values` has shape (len(up), len(across)); NaN is left blank.
-
-    `x`, `y`, `z` are titles with units. `marks`: triples (x, y, label) drawn as points.
-    """
-    across, up, values = (np.asarray(a, float) for a in (across, up, values))
-    figure, axes = axes_of(x, y, size=(7.2, 5.0))
-    mesh = axes.pcolormesh(across, up, np.ma.masked_invalid(values), cmap="cividis", shading="nearest", rasterized=True)
-    figure.colorbar(mesh, ax=axes, label=z)
-    axes.grid(False)
-    for a, b, label in marks:
-        axes.plot(a, b, marker="o", ms=9, mfc="white", mec=INK, mew=2)
-        axes.annotate(label, (a, b), xytext=(9, 7), textcoords="offset points", **ON_COLOUR)
-    row, column = np.unravel_index(np.nanargmax(values), values.shape)
-    best = f"largest {values[row, column]:.4g}, at {across[column]:.4g} and {up[row]:.4g}"
-    return Picture(figure, f"{alt or f'Heat map of {z}'} over {x} and {y}: smallest {np.nanmin(values):.4g}, {best}.")

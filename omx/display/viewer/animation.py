@@ -3,28 +3,26 @@
 import math
 
 import numpy as np
-import umsgpack
 
-from .commands import typed
+from .commands import pack, typed
 
 
-def pack(paths: dict[str, list], seconds: float, loop: bool) -> bytes:
-    """A `set_animation` command. `paths` maps a node to its poses, (N) tuples of 16 floats, spread over `seconds`."""
+def play(paths: dict, seconds: float, loop: bool) -> bytes:
+    """A `set_animation` command. `paths` maps a node to its poses, (N, 4, 4) in mm, spread over `seconds`."""
     animations = [{"path": path, "clip": _clip(np.array(poses), seconds)} for path, poses in paths.items()]
     options = {"play": True, "repetitions": math.inf if loop else 1}
-    return umsgpack.packb({"type": "set_animation", "animations": animations, "options": options, "path": ""})
+    return pack("set_animation", "", animations=animations, options=options)
 
 
 def nothing() -> bytes:
     """A `set_animation` that ends the one that is playing."""
-    return umsgpack.packb({"type": "set_animation", "animations": [], "options": {"play": False}, "path": ""})
+    return pack("set_animation", "", animations=[], options={"play": False})
 
 
 def _clip(poses, seconds: float) -> dict:
     times = np.linspace(0, seconds, len(poses)).astype(np.float32)
-    columns = poses.reshape(-1, 4, 4)
-    position = columns[:, 3, :3].astype(np.float32)
-    turn = quaternions(columns[:, :3, :3].transpose(0, 2, 1)).astype(np.float32)
+    position = (1e-3 * poses[:, :3, 3]).astype(np.float32)
+    turn = quaternions(poses[:, :3, :3]).astype(np.float32)
     tracks = [_track("position", "vector3", times, position), _track("quaternion", "quaternion", times, turn)]
     return {"fps": 1, "name": "default", "tracks": tracks}
 

@@ -8,8 +8,7 @@ import numpy as np
 from ...arrays import as_number, shown
 from ...errors import BadInput
 from ..palette import AXES, BLUE, INK, NAMES, PALE, VERMILION
-from .mesh import Solid
-from .primitives import ball, cone, tube
+from .mesh import Solid, ball, cone, tube
 from .threejs import FLAT, ON_TOP, Drawing
 
 _LABELLED = {**FLAT, **ON_TOP, "side": 0}
@@ -59,8 +58,7 @@ def arrow_solid(start, end, colour, radius: float) -> Solid:
 def arrow(start, end, colour=INK, label: str | None = None, radius: float = 1.6) -> Drawing:
     """An arrow, drawn over everything, with its label beyond the middle."""
     start, end = np.asarray(start, float), np.asarray(end, float)
-    out = Drawing().solid(arrow_solid(start, end, rgb(colour), radius), _LABELLED, casts=False, order=11)
-    return out.label(label, 0.5 * (start + end) + (0, 0, 7), _hex(colour)) if label else out
+    return _mark(arrow_solid(start, end, rgb(colour), radius), label, 0.5 * (start + end) + (0, 0, 7), colour)
 
 
 def arc(centre, start, end, colour=INK, label: str | None = None, radius: float = 1.1) -> Drawing:
@@ -71,14 +69,9 @@ def arc(centre, start, end, colour=INK, label: str | None = None, radius: float 
     across = end - u * (u @ end)
     angle = math.atan2(np.linalg.norm(across), u @ end)
     v = across / max(np.linalg.norm(across), 1e-12)
-    turn = np.linspace(0, angle, max(3, int(angle / 0.08)))[:, None]
-    points = centre + size * (np.cos(turn) * u + np.sin(turn) * v)
-    solid = tube(points[:-1] if len(points) > 3 else points, radius, rgb(colour))
-    if angle > 0.1:
-        solid.add(cone(points[-1] - 4 * radius * _unit(points[-1] - points[-2]), points[-1], 2.4 * radius, rgb(colour)))
-    out = Drawing().solid(solid, _LABELLED, casts=False, order=11)
+    solid = _bow(centre, u, v, angle, size, rgb(colour), radius)
     middle = centre + 1.18 * size * (math.cos(angle / 2) * u + math.sin(angle / 2) * v)
-    return out.label(label, middle, _hex(colour)) if label else out
+    return _mark(solid, label, middle, colour)
 
 
 def axis(point, direction, length: float, colour=INK, label: str | None = None, slides: bool = False) -> Drawing:
@@ -97,33 +90,31 @@ def axis(point, direction, length: float, colour=INK, label: str | None = None, 
         circle = end - 1.6 * size * z + size * (np.cos(turn) * x + np.sin(turn) * np.cross(z, x))
         solid.add(tube(circle, 0.9, rgb(colour)))
         solid.add(cone(circle[-1], circle[-1] + 5.0 * _unit(circle[-1] - circle[-2]), 2.6, rgb(colour)))
+    return _mark(solid, label, end + 0.6 * size * z, colour)
+
+
+def turned(size: float, angle: float, colour, radius: float = 1.1) -> Drawing:
+    """A turn by `angle` (rad) about z, from x on: an arc of radius `size` between two thin lines."""
+    solid = _bow(np.zeros(3), np.eye(3)[0], np.sign(angle) * np.eye(3)[1], abs(angle), size, rgb(colour), radius)
+    for end in (0.0, angle):
+        solid.add(tube([(0, 0, 0), (1.1 * size * math.cos(end), 1.1 * size * math.sin(end), 0)], 0.6, rgb(PALE)))
+    return _mark(solid)
+
+
+def _mark(solid: Solid, label: str | None = None, at=(0, 0, 0), colour=INK) -> Drawing:
+    """A solid drawn over everything, with its label at `at` (3,)."""
     out = Drawing().solid(solid, _LABELLED, casts=False, order=11)
-    return out.label(label, end + 0.6 * size * z, _hex(colour)) if label else out
+    return out.label(label, at, _hex(colour)) if label else out
 
 
-def rod(length: float, colour, radius: float = 1.6) -> Drawing:
-    """An arrow without its head, along z from the origin, drawn over everything."""
-    solid = cone((0, 0, 0), (0, 0, length), radius, rgb(colour), 12, radius)
-    return Drawing().solid(solid, _LABELLED, casts=False, order=11)
-
-
-def head(length: float, colour, radius: float = 4.2) -> Drawing:
-    """An arrow's head along z, from the origin on."""
-    return Drawing().solid(cone((0, 0, 0), (0, 0, length), radius, rgb(colour)), _LABELLED, casts=False, order=11)
-
-
-def arc_piece(size: float, degrees: float, colour, radius: float = 1.1) -> Drawing:
-    """An arc of `degrees` and of radius `size` about z, from x on."""
-    turn = np.radians(np.linspace(0, degrees, max(3, math.ceil(degrees / 4) + 1)))
-    points = size * np.column_stack((np.cos(turn), np.sin(turn), 0 * turn))
-    return Drawing().solid(tube(points, radius, rgb(colour)), _LABELLED, casts=False, order=11)
-
-
-def arc_head(size: float, colour, radius: float = 1.1) -> Drawing:
-    """The head of an arc about z that ends on the x axis, `size` from the origin."""
-    end = np.array((size, 0.0, 0.0))
-    solid = cone(end - (0, 4 * radius, 0), end, 2.4 * radius, rgb(colour))
-    return Drawing().solid(solid, _LABELLED, casts=False, order=11)
+def _bow(centre, u, v, angle: float, size: float, colour, radius: float) -> Solid:
+    """An arc about `centre` from the direction `u` towards `v` (3,), with its head."""
+    turn = np.linspace(0, angle, max(3, int(angle / 0.08)))[:, None]
+    points = centre + size * (np.cos(turn) * u + np.sin(turn) * v)
+    solid = tube(points[:-1] if len(points) > 3 else points, radius, colour)
+    if angle > 0.1:
+        solid.add(cone(points[-1] - 4 * radius * _unit(points[-1] - points[-2]), points[-1], 2.4 * radius, colour))
+    return solid
 
 
 def plane(size: float, colour=BLUE, opacity: float = 0.15) -> Drawing:

@@ -49,6 +49,6 @@ def as_expression(module: str) -> str:
 @functools.cache
 def packed() -> tuple[str, bytes]:
     """`(key, bytes)`: the viewer and what runs beside it, gzipped; the key changes when they do."""
-    parts = (viewer_source(), kinematics(), script("scene.js"), script("tool.js"))
+    parts = (viewer_source(), kinematics(), *map(script, ("scene.js", "tool.js", "dh_row.js")))
     source = "\n".join(parts).encode("utf-8")
     return hashlib.sha256(source).hexdigest()[:16], gzip.compress(source, 9, mtime=0)

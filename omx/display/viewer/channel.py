@@ -13,7 +13,7 @@ from contextlib import contextmanager
 
 import umsgpack
 
-from .commands import plain
+from .commands import pack, plain, set_transform
 
 #: Seconds between two messages: 60 a second are all that a screen shows.
 INTERVAL = 1 / 60
@@ -57,6 +57,22 @@ class Channel:
                 _append(self._log, key, data)
             if self._post is not None:
                 _append(self._pending, key, data)
+
+    def draw(self, path: str, drawing) -> None:
+        """Put a `Drawing` at `path`."""
+        self.put("set_object", path, pack("set_object", path, object=drawing.lower()))
+
+    def set(self, path: str, name: str, value) -> None:
+        """Set one property of the node at `path`: `visible`, `color`, `position`, ..."""
+        self.put("set_property", path, pack("set_property", path, property=name, value=plain(value)), name)
+
+    def place(self, path: str, T) -> None:
+        """Move the node at `path` to `T` (4, 4), mm."""
+        self.put("set_transform", path, set_transform(path, T))
+
+    def delete(self, path: str) -> None:
+        """Remove the node at `path` and all below it."""
+        self.put("delete", path, pack("delete", path))
 
     @contextmanager
     def batch(self):

@@ -4,13 +4,14 @@ Nothing here imports `meshcat`: its Python side needs pyzmq and tornado, which a
 does not have. Only its viewer is needed, and that is a file.
 """
 
-import struct
+import functools
 
 import numpy as np
 import umsgpack
 
 _FLOAT64 = 0xCB
-_MATRIX = struct.Struct(">" + "Bd" * 16)
+_NUMBER = np.dtype([("code", "u1"), ("value", ">f8")])
+_TO_M = np.array([[1.0, 1.0, 1.0, 1e-3]] * 3 + [[1.0] * 4])
 #: msgpack extension codes that the viewer turns into typed arrays.
 _TYPED = {
     "int8": (0x11, "Int8Array"),
@@ -48,30 +49,19 @@ def attribute(array, normalized: bool = False) -> dict:
     return {"itemSize": size, "type": kind, "array": typed(array), "normalized": normalized}
 
 
-def set_object(path: str, lowered: dict) -> bytes:
-    """Put a lowered object (see `Drawing`) at `path`."""
-    return umsgpack.packb({"type": "set_object", "object": lowered, "path": path})
+def pack(kind: str, path: str, **more) -> bytes:
+    """One command to the node at `path`."""
+    return umsgpack.packb({"type": kind, "path": path, **more})
 
 
-def set_property(path: str, name: str, value) -> bytes:
-    """Set one property of the node at `path`: `visible`, `color`, `position`, ..."""
-    return umsgpack.packb({"type": "set_property", "path": path, "property": name, "value": plain(value)})
+def set_transform(path: str, T) -> bytes:
+    """A `set_transform` to the rigid or stretched `T` (4, 4), mm: the viewer wants metres, column by column."""
+    numbers = np.empty(16, _NUMBER)
+    numbers["code"], numbers["value"] = _FLOAT64, (T * _TO_M).T.ravel()
+    return _transform_head(path) + numbers.tobytes()
 
 
-def delete(path: str) -> bytes:
-    """Remove the node at `path` and all below it."""
-    return umsgpack.packb({"type": "delete", "path": path})
-
-
-def transform_head(path: str) -> bytes:
-    """Everything of a `set_transform` to `path` but its 16 numbers; it never changes, so it is packed once."""
-    return umsgpack.packb({"type": "set_transform", "path": path, "matrix": [0] * 16})[:-16]
-
-
-def set_transform(head: bytes, m) -> bytes:
-    """A `set_transform` from its head and 16 floats, column by column, the translation in metres."""
-    f = _FLOAT64
-    return head + _MATRIX.pack(
-        f, m[0], f, m[1], f, m[2], f, m[3], f, m[4], f, m[5], f, m[6], f, m[7],
-        f, m[8], f, m[9], f, m[10], f, m[11], f, m[12], f, m[13], f, m[14], f, m[15],
-    )  # fmt: skip
+@functools.lru_cache(maxsize=1024)
+def _transform_head(path: str) -> bytes:
+    """Everything of a `set_transform` but its 16 numbers: it never changes."""
+    return pack("set_transform", path, matrix=[0] * 16)[:-16]

@@ -7,7 +7,6 @@ import numpy as np
 
 from ...arrays import shown
 from ...errors import BadInput
-from .moving_parts import put_object, put_property
 from .threejs import Drawing
 
 _CAMERA = "/Cameras/default/rotated/<object>"
@@ -55,7 +54,7 @@ def set_camera(channel, camera: Camera, aim, distance: float) -> None:
     """
     with channel.batch():
         for name, value in {"fov": _FIELD_OF_VIEW, **camera.place(aim, distance)}.items():
-            put_property(channel, _CAMERA, name, value)
+            channel.set(_CAMERA, name, value)
 
 
 def set_light(channel) -> None:
@@ -71,10 +70,10 @@ def set_light(channel) -> None:
     lights.plain("DirectionalLight", position=[-0.9, 0.6, 0.7], intensity=0.28, **lamp)
     with channel.batch():
         for name in ("PointLightNegativeX", "PointLightPositiveX", "AmbientLight", "FillLight"):
-            put_property(channel, f"/Lights/{name}", "visible", False)
+            channel.set(f"/Lights/{name}", "visible", False)
         for name in ("Grid", "Axes"):
-            put_property(channel, f"/{name}", "visible", False)
-        put_object(channel, "/meshcat/lights", lights)
+            channel.set(f"/{name}", "visible", False)
+        channel.draw("/meshcat/lights", lights)
 
 
 def set_ground(channel, height: float, dark: bool, half: float = 500.0, step: float = 50.0) -> None:
@@ -89,9 +88,9 @@ def set_ground(channel, height: float, dark: bool, half: float = 500.0, step: fl
                 position=[0, 0, 1e-3 * height - 6e-4], receiveShadow=True)  # fmt: skip
     top, bottom = ((74, 83, 94), (44, 50, 58)) if dark else ((255, 255, 255), (240, 243, 246))
     with channel.batch():
-        put_object(channel, "/meshcat/ground", ground)
+        channel.draw("/meshcat/ground", ground)
         for name, colour in (("top_color", top), ("bottom_color", bottom)):
-            put_property(channel, "/Background", name, [c / 255 for c in colour])
+            channel.set("/Background", name, [c / 255 for c in colour])
 
 
 def _grid(half: float, step: float, background, ink):

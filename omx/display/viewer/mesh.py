@@ -1,4 +1,4 @@
-"""Solids made of a few bevelled primitives, merged into one mesh of triangles with a colour each vertex.
+"""Solids made of a few bevelled or round primitives, merged into one mesh of triangles with a colour each vertex.
 
 Lengths in mm. A link of the arm is one such mesh: one draw call, however many screws it has. The narrow
 bevels take their normals from the faces on both sides, so edges catch the light as machined ones do.
@@ -7,8 +7,6 @@ bevels take their normals from the faces on both sides, so edges catch the light
 import math
 
 import numpy as np
-
-AXES = {"x": 0, "y": 1, "z": 2}
 
 
 class Solid:
@@ -25,15 +23,10 @@ class Solid:
         """A box between two opposite corners `low` and `high` (3,), its edges cut by `bevel`."""
         low, high = np.minimum(low, high).astype(float), np.maximum(low, high).astype(float)
         bevel = min(bevel, 0.45 * float((high - low).min()))
-        points, normals = [], []
-        for corner in np.ndindex(2, 2, 2):
-            outer, sign = np.where(corner, high, low), np.where(corner, 1.0, -1.0)
-            for axis in range(3):
-                cut = sign * bevel
-                cut[axis] = 0.0
-                points.append(outer - cut)
-                normals.append(sign * (np.arange(3) == axis))
-        return self.triangles(points, normals, colour, _BOX_FACES)
+        (x, y, _), (X, Y, _) = low + bevel, high - bevel
+        side = np.repeat([(1, 0), (0, 1), (-1, 0), (0, -1)], 2, axis=0)
+        corners = np.array([(X, y), (X, Y), (X, Y), (x, Y), (x, Y), (x, y), (x, y), (X, y)])
+        return self._extruded(corners + bevel * side, side, low[2], high[2], colour, "z", bevel)
 
     def prism(self, outline, low: float, high: float, colour, axis: str = "z", bevel: float = 0.6) -> "Solid":
         """A convex `outline` (n, 2), anticlockwise and rounded, extruded along `axis` from `low` to `high`.
@@ -41,16 +34,18 @@ class Solid:
         The outline's two coordinates are the two that follow `axis` in the order x, y, z, x, y.
         """
         outline = np.asarray(outline, dtype=float)
-        n, bevel = len(outline), min(bevel, 0.45 * (high - low))
-        side = _outline_normals(outline)
-        inner, up = outline - bevel * side, np.ones(n)
-        flat = np.zeros((n, 2))
-        points = [np.column_stack(c) for c in ((inner, low * up), (outline, (low + bevel) * up),
-                                               (outline, (high - bevel) * up), (inner, high * up))]  # fmt: skip
-        normals = [np.column_stack(c) for c in ((flat, -up), (side, 0 * up), (side, 0 * up), (flat, up))]
-        order = [(AXES[axis] + 1) % 3, (AXES[axis] + 2) % 3, AXES[axis]]
-        back = np.argsort(order)
-        return self.triangles(np.vstack(points)[:, back], np.vstack(normals)[:, back], colour, _prism_faces(n))
+        bevel = min(bevel, 0.45 * (high - low))
+        return self._extruded(outline, _outline_normals(outline), low, high, colour, axis, bevel)
+
+    def _extruded(self, outline, side, low: float, high: float, colour, axis: str, bevel: float) -> "Solid":
+        """A prism whose `outline` (n, 2) has the normals `side` (n, 2): four rings of points, and two ends."""
+        inner, up, flat = outline - bevel * side, np.ones(len(outline)), np.zeros_like(outline)
+        rings = ((inner, low), (outline, low + bevel), (outline, high - bevel), (inner, high))
+        points = np.vstack([np.column_stack((ring, height * up)) for ring, height in rings])
+        normals = np.vstack([np.column_stack(c) for c in ((flat, -up), (side, 0 * up), (side, 0 * up), (flat, up))])
+        end = _end(len(outline))
+        faces = np.vstack((_walls(4, len(outline)), end[:, ::-1], end + 3 * len(outline)))
+        return self.triangles(_along(axis, points), _along(axis, normals), colour, faces)
 
     def disc(self, centre, radius: float, low: float, high: float, colour, axis="z", sides=28, bevel=0.6) -> "Solid":
         """A round disc or rod about the line through `centre` (2,) along `axis`, from `low` to `high`."""
@@ -61,18 +56,14 @@ class Solid:
 
         It stands on `low` and ends at `high`; with `up` = -1 it stands on `high` and ends at `low`.
         """
-        n, side = sides, circle(1.0, sides)
+        side, up_there = circle(1.0, sides), np.ones(sides)
         rim = np.asarray(centre) + radius * side
         foot, head = (low, high) if up > 0 else (high, low)
-        order = [(AXES[axis] + 1) % 3, (AXES[axis] + 2) % 3, AXES[axis]]
-        back = np.argsort(order)
-        points = np.vstack([np.column_stack((rim, np.full(n, h))) for h in (foot, head)])[:, back]
-        normals = np.vstack((np.column_stack((side, np.zeros(n))), np.tile((0.0, 0.0, up), (n, 1))))[:, back]
-        i, k = np.arange(n), np.arange(1, n - 1)
-        j = (i + 1) % n
-        faces = np.vstack((np.column_stack((i, j, n + j)), np.column_stack((i, n + j, n + i)),
-                           np.column_stack((0 * k, k, k + 1)) + n))  # fmt: skip
-        return self.triangles(points, normals, colour, faces if up > 0 else faces[:, ::-1], detail)
+        points = np.vstack([np.column_stack((rim, height * up_there)) for height in (foot, head)])
+        normals = np.vstack((np.column_stack((side, 0 * up_there)), np.tile((0.0, 0.0, up), (sides, 1))))
+        faces = np.vstack((_walls(2, sides), _end(sides) + sides))
+        faces = faces if up > 0 else faces[:, ::-1]
+        return self.triangles(_along(axis, points), _along(axis, normals), colour, faces, detail)
 
     def triangles(self, points, normals, colour, faces, detail: bool = False) -> "Solid":
         """Triangles as they are: points and normals (n, 3), faces (m, 3), anticlockwise seen from outside."""
@@ -155,55 +146,69 @@ def _outline_normals(outline):
     return np.column_stack((mean[:, 1], -mean[:, 0]))
 
 
-def _prism_faces(n: int):
-    i = np.arange(n)
-    j = (i + 1) % n
-    faces = []
-    for ring in range(3):
-        a, b = ring * n, (ring + 1) * n
-        faces += [np.column_stack((a + i, a + j, b + j)), np.column_stack((a + i, b + j, b + i))]
-    k = np.arange(1, n - 1)
-    faces += [np.column_stack((0 * k, k + 1, k)), np.column_stack((0 * k, k, k + 1)) + 3 * n]
-    return np.vstack(faces)
+def tube(points, radius: float, colour, sides: int = 8, closed: bool = False) -> Solid:
+    """A round tube along the polyline `points` (n, 3), mm."""
+    points = np.asarray(points, dtype=float)
+    ahead = np.gradient(points, axis=0) if not closed else np.roll(points, -1, 0) - np.roll(points, 1, 0)
+    ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-12)
+    normals = _around(ahead, sides)
+    rings = points[:, None] + radius * normals
+    faces = _walls(len(points), sides, closed)
+    return Solid().triangles(rings.reshape(-1, 3), normals.reshape(-1, 3), colour, faces)
 
 
-def _box_faces():
-    """Six faces, twelve bevels and eight corners, over 24 vertices numbered 3 * corner + axis of the normal."""
-
-    def vertex(corner, axis):
-        return 3 * (4 * corner[0] + 2 * corner[1] + corner[2]) + axis
-
-    def corners(fixed):
-        free = [a for a in range(3) if a not in fixed]
-        for bits in np.ndindex(*(2,) * len(free)):
-            corner = dict(fixed) | dict(zip(free, bits, strict=True))
-            yield [corner[a] for a in range(3)]
-
-    patches = []
-    for axis in range(3):
-        for side in (0, 1):
-            a, b, c, d = corners({axis: side})
-            patches.append([vertex(k, axis) for k in (a, b, d, c)])
-    for one, two in ((0, 1), (1, 2), (0, 2)):
-        for bits in np.ndindex(2, 2):
-            a, b = corners({one: bits[0], two: bits[1]})
-            patches.append([vertex(a, one), vertex(b, one), vertex(b, two), vertex(a, two)])
-    for corner in np.ndindex(2, 2, 2):
-        patches.append([vertex(corner, axis) for axis in range(3)])
-    return _outward(patches)
+def cone(start, end, radius: float, colour, sides: int = 16, end_radius: float = 0.0) -> Solid:
+    """A cone from a disc of `radius` about `start` to `end` (3,), mm; a rod if `end_radius` equals `radius`."""
+    start, end = np.asarray(start, float), np.asarray(end, float)
+    ahead = (end - start) / np.linalg.norm(end - start)
+    out = _around(ahead[None], sides)[0]
+    points = np.tile(np.vstack((start + radius * out, end + end_radius * out)), (2, 1))
+    normals = np.vstack((out, out, np.tile(-ahead, (sides, 1)), np.tile(ahead, (sides, 1))))
+    faces = np.vstack((_walls(2, sides), _end(sides)[:, ::-1] + 2 * sides, _end(sides) + 3 * sides))
+    return Solid().triangles(points, normals, colour, faces)
 
 
-def _outward(patches):
-    """Split patches of box vertices into triangles, each anticlockwise seen from outside."""
-    centres = np.array([np.where(c, 1.0, -1.0) for c in np.ndindex(2, 2, 2) for _ in range(3)])
-    centres += 0.5 * np.tile(np.eye(3), (8, 1)) * np.sign(centres)
-    faces = []
-    for patch in patches:
-        for k in range(1, len(patch) - 1):
-            a, b, c = patch[0], patch[k], patch[k + 1]
-            normal = np.cross(centres[b] - centres[a], centres[c] - centres[a])
-            faces.append((a, b, c) if normal @ centres[[a, b, c]].sum(axis=0) > 0 else (a, c, b))
-    return np.array(faces)
+def ball(centre, radius: float, colour, rings: int = 12) -> Solid:
+    """A sphere, mm."""
+    lat = np.linspace(-math.pi / 2, math.pi / 2, rings + 1)[:, None]
+    level = np.tile(circle(1.0, 2 * rings), (rings + 1, 1, 1))
+    out = np.dstack((np.cos(lat)[:, None] * level, np.tile(np.sin(lat), 2 * rings))).reshape(-1, 3)
+    return Solid().triangles(np.asarray(centre) + radius * out, out, colour, _walls(rings + 1, 2 * rings))
 
 
-_BOX_FACES = _box_faces()
+def _along(axis: str, points):
+    """Points (n, 3), two coordinates of an outline and a height, with the height along `axis`."""
+    return np.roll(points, "xyz".index(axis) + 1, axis=1)
+
+
+def _around(ahead, sides: int):
+    """Unit vectors (n, sides, 3) around each direction of `ahead` (n, 3)."""
+    across = _perpendicular(ahead)
+    u, v = circle(1.0, sides).T[..., None]
+    return across[:, None] * u + np.cross(ahead, across)[:, None] * v
+
+
+def _perpendicular(ahead):
+    """One unit vector across each of `ahead` (n, 3), turning as little as possible from one to the next."""
+    across = np.empty_like(ahead)
+    previous = np.eye(3)[np.argmin(np.abs(ahead[0]))]
+    for i, a in enumerate(ahead):
+        v = previous - a * (a @ previous)
+        size = math.sqrt(v @ v)
+        previous = across[i] = v / size if size > 1e-9 else across[i - 1]
+    return across
+
+
+def _walls(rings: int, sides: int, closed: bool = False):
+    """Triangles between each ring of points and the next; if `closed`, between the last and the first, too."""
+    rows = np.arange(rings if closed else rings - 1)
+    a, i = rows[:, None] * sides, np.arange(sides)
+    b, j = ((rows[:, None] + 1) % rings) * sides, (i + 1) % sides
+    quads = np.stack((a + i, a + j, b + j, a + i, b + j, b + i), axis=-1)
+    return quads.reshape(-1, 3)
+
+
+def _end(sides: int):
+    """Triangles that fill a ring of points."""
+    k = np.arange(1, sides - 1)
+    return np.column_stack((0 * k, k, k + 1))

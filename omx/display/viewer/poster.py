@@ -124,7 +124,7 @@ def poster(log: dict, height: int, width: int = WIDTH) -> bytes:
         _write(picture, small, part)
     out = io.BytesIO()
     few = picture.quantize(COLOURS, dither=Image.Dither.NONE).convert("RGB")
-    few.save(out, "webp", lossless=True, method=6, quality=100)
+    few.save(out, "webp", lossless=True, method=4, quality=100)  # 6 takes fifty times as long for a thousandth
     return out.getvalue()
 
 

@@ -10,10 +10,7 @@ from ..palette import BLUE, INK, VERMILION
 from . import annotations, environment, html_export
 from .assets import script
 from .channel import Channel
-from .commands import delete
 from .environment import Camera
-from .linkage import column_major
-from .moving_parts import put_object, put_transform
 from .threejs import Drawing
 
 #: Set to `static` or `shared`, scenes show themselves as HTML instead of a live widget: see `Scene.static_html`.
@@ -23,7 +20,7 @@ MODE = "OMX_VIEW"
 class Scene:
     """A stage with ground, light and camera; `aim` (3,) is what the camera looks at, from `distance`, both in m."""
 
-    def __init__(self, *, height: int, dark: bool, camera: Camera, aim, distance: float, floor: float = 0.0):
+    def __init__(self, *, height: int, camera: Camera, aim, distance: float, floor: float = 0.0):
         self.channel = Channel()
         self.height = _pixels(height)
         self._aim, self._floor = (aim, distance), floor
@@ -35,7 +32,8 @@ class Scene:
         self._notes: set[str] = set()
         with self.channel.batch():
             environment.set_light(self.channel)
-            self.dark, self.camera = dark, camera
+            self._set_ground(self.channel, dark=False)
+            self.camera = camera
 
     # -- how it is seen -----------------------------------------------------------------------------------
 
@@ -49,25 +47,14 @@ class Scene:
         self._camera = Camera(camera)
         environment.set_camera(self.channel, self._camera, *self._aim)
 
-    @property
-    def dark(self) -> bool:
-        """Dark background, for dark themes and dark slides."""
-        return self._dark
-
-    @dark.setter
-    def dark(self, dark: bool) -> None:
-        self._dark = bool(dark)
-        self._set_ground(self.channel, self._dark)
-
     def _set_ground(self, channel: Channel, dark: bool) -> None:
         half = 500.0 * max(0.4, self._aim[1])
         environment.set_ground(channel, self._floor, dark, half, half / 10)
 
     def _night(self) -> Channel:
-        """The commands that make the stage dark, for a page that follows its reader's theme; none if it is dark."""
+        """The commands that make the stage dark, for a page that follows its reader's theme."""
         night = Channel()
-        if not self._dark:
-            self._set_ground(night, True)
+        self._set_ground(night, dark=True)
         return night
 
     def _config(self) -> dict:
@@ -129,7 +116,7 @@ class Scene:
         with self.channel.batch():
             for one in things:
                 if one.name in self._notes:
-                    put_transform(self.channel, f"/meshcat/notes/{one.name}", column_major(_matrix(one.T)))
+                    self.channel.place(f"/meshcat/notes/{one.name}", _matrix(one.T))
                 else:
                     self._note(one.name, annotations.thing(one.width, one.height, one.round, one.colour), one.T)
 
@@ -139,13 +126,13 @@ class Scene:
             return self.remove("target")
         matrix = _pose_matrix(pose)
         if "target" in self._notes:
-            return put_transform(self.channel, "/meshcat/notes/target", column_major(matrix))
+            return self.channel.place("/meshcat/notes/target", matrix)
         return self._note("target", annotations.target(0.75 * self._mark), matrix)
 
     def remove(self, name: str) -> None:
         """Remove a mark or a path by its name; nothing happens if there is none."""
         self._notes.discard(name)
-        self.channel.put("delete", f"/meshcat/notes/{name}", delete(f"/meshcat/notes/{name}"))
+        self.channel.delete(f"/meshcat/notes/{name}")
 
     # -- output -------------------------------------------------------------------------------------------
 
@@ -187,12 +174,12 @@ class Scene:
     def _note(self, name: str, drawing: Drawing, matrix=None) -> None:
         if not name or "/" in name:
             raise BadInput(f"`name` must be a word without '/'; got {name!r}.")
-        placed = None if matrix is None else column_major(_matrix(matrix))
+        placed = None if matrix is None else _matrix(matrix)
         self._notes.add(name)
         with self.channel.batch():
-            put_object(self.channel, f"/meshcat/notes/{name}", drawing)
+            self.channel.draw(f"/meshcat/notes/{name}", drawing)
             if placed is not None:
-                put_transform(self.channel, f"/meshcat/notes/{name}", placed)
+                self.channel.place(f"/meshcat/notes/{name}", placed)
 
 
 def mimebundle(scene: Scene, shown) -> dict:

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 
-from .mesh import Solid
-from .primitives import ball, cone
+from .mesh import Solid, ball, cone
 from .threejs import METAL, Drawing
 
 #: A link's radius as a share of the chain's reach.

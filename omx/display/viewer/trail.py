@@ -1,9 +1,9 @@
 """The tool's trail: a line that grows with each pose, in short pieces so that each update stays small."""
 
+import math
+
 from .annotations import polyline
 from .channel import Channel
-from .commands import delete
-from .moving_parts import put_object
 
 _SPACING = 1.5  # mm between two points
 _PIECE = 16  # points in a piece
@@ -21,20 +21,16 @@ class Trail:
 
     def add(self, point) -> None:
         """Go on to `point` (3,), mm."""
-        if self._points and _distance(self._points[-1], point) < _SPACING:
+        if self._points and math.dist(self._points[-1], point) < _SPACING:
             return
         self._points.append(tuple(point))
         if len(self._points) < 2:
             return
-        put_object(self._channel, f"{self.root}/{self._piece}", polyline(self._points))
+        self._channel.draw(f"{self.root}/{self._piece}", polyline(self._points))
         if len(self._points) == _PIECE:
             self._points, self._piece = self._points[-1:], self._piece + 1
 
     def clear(self) -> None:
         """Forget the trail and start again at the next point."""
         self._points, self._piece = [], 0
-        self._channel.put("delete", self.root, delete(self.root))
-
-
-def _distance(a, b) -> float:
-    return sum((u - v) ** 2 for u, v in zip(a, b, strict=True)) ** 0.5
+        self._channel.delete(self.root)

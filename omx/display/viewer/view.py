@@ -6,7 +6,7 @@ import numpy as np
 
 from ...arm import HOME, LIMITS
 from ...arrays import as_number, shown
-from ...dh import Chain
+from ...dh import Chain, link_matrix
 from ...errors import BadInput
 from ...geometry import COURSE, as_geometry
 from ...kinematics import pose as tool_pose
@@ -15,15 +15,14 @@ from ..palette import PALETTE
 from . import animation, annotations, environment, skeleton
 from .arm_data import arm_data, chain_data
 from .arm_drawings import arm_drawings, finger_drawings, ghost_drawings, is_our_arm
-from .commands import delete
 from .environment import Camera
-from .linkage import Linkage, column_major
-from .moving_parts import Figure, put_object, put_property, put_transform
+from .moving_parts import Figure
 from .scene import Scene
 from .trail import Trail
 
 _FPS, _LONGEST = 30, 3600.0
 _SECTION = "/meshcat/section"
+_FINGERS = (("left", 1), ("right", -1))
 
 
 class View(Scene):
@@ -34,21 +33,21 @@ class View(Scene):
     there, or drags the tool (the button `tool`), sets `view.q`. All lengths in mm, all angles in rad.
     """
 
-    def __init__(self, q=HOME, *, geometry=COURSE, height=420, dark=False, camera=Camera.ISO, plate=True):
+    def __init__(self, q=HOME, *, geometry=COURSE, height=420, camera=Camera.ISO, plate=True):
         if geometry is COURSE:
             warn_if_replaced()
         if isinstance(geometry, Chain):
             raise BadInput(f"{geometry!r} is shown by View.of_chain; `geometry` holds the lengths of this book's arm.")
         self.geometry = as_geometry(geometry)
         floor = -8.0 if plate else 0.0
-        super().__init__(height=height, dark=dark, camera=camera, aim=(0.075, 0.0, 0.15), distance=1.1, floor=floor)
+        super().__init__(height=height, camera=camera, aim=(0.075, 0.0, 0.15), distance=1.1, floor=floor)
         with self.channel.batch():
             self._show(geometry.chain, "OpenMANIPULATOR-X", arm_drawings(geometry, plate), q)
             for name, drawing in finger_drawings(geometry).items():
-                put_object(self.channel, f"/meshcat/arm/4/{name}", drawing)
+                self.channel.draw(f"/meshcat/arm/4/{name}", drawing)
 
     @classmethod
-    def of_chain(cls, chain, q=None, *, height=420, dark=False, camera=Camera.ISO) -> "View":
+    def of_chain(cls, chain, q=None, *, height=420, camera=Camera.ISO) -> "View":
         """A view of any `omx.Chain`, drawn from its DH table alone; `q` has one value a joint (zeros if left out)."""
         if not isinstance(chain, Chain):
             raise BadInput(f"`chain` must be an omx.Chain; got {shown(chain)}.")
@@ -56,14 +55,13 @@ class View(Scene):
         view.geometry = None
         size = skeleton.reach(chain)
         aim, distance = (0.0, 0.0, 0.25e-3 * size), 3.4e-3 * size
-        Scene.__init__(view, height=height, dark=dark, camera=camera, aim=aim, distance=distance)
+        Scene.__init__(view, height=height, camera=camera, aim=aim, distance=distance)
         drawings = skeleton.drawings(chain, skeleton.SCALE * size)
         view._show(chain, chain.name, drawings, [0.0] * len(chain) if q is None else q)
         return view
 
     def _show(self, chain, name: str, drawings, q) -> None:
         self.chain, self.name = chain, name
-        self._linkage = Linkage(chain)
         self._triads = self._trail = None
         self.shown_frames: tuple[int, ...] = ()
         self._ghosts: list[Figure] = []
@@ -89,14 +87,14 @@ class View(Scene):
         with self.channel.batch():
             self._stop()
             self._q = q
-            frames = self._linkage.frames(q)
+            frames = self.chain.frames(q)
             self._figure.pose(frames)
             if self._triads is not None:
                 self._triads.pose(frames)
             if self.has_section:
-                put_transform(self.channel, _SECTION, _upright(q[0]))
+                self.channel.place(_SECTION, _upright(q[0]))
             if self._trail is not None:
-                self._trail.add([1e3 * v for v in frames[-1][12:15]])
+                self._trail.add(frames[-1, :3, 3].tolist())
 
     @property
     def opacity(self) -> float:
@@ -117,8 +115,8 @@ class View(Scene):
     def gripper(self, travel: float) -> None:
         self._gripper = _travel(travel)
         with self.channel.batch():
-            for name, side in (("left", 1e-3), ("right", -1e-3)):
-                put_transform(self.channel, f"/meshcat/arm/4/{name}", _moved(side * self._gripper))
+            for name, side in _FINGERS:
+                self.channel.place(f"/meshcat/arm/4/{name}", _moved(side * self._gripper))
 
     # -- what is drawn about the pose ---------------------------------------------------------------------
 
@@ -135,7 +133,7 @@ class View(Scene):
             if joints:
                 drawings = {i: annotations.triad(i, self._mark) for i in joints}
                 self._triads = Figure(self.channel, "/meshcat/frames", drawings)
-                self._triads.pose(self._linkage.frames(self._q))
+                self._triads.pose(self.chain.frames(self._q))
 
     def bones(self, colours=PALETTE) -> None:
         """Draw a coloured line along each link, from joint to joint and over everything: first link, first colour."""
@@ -145,7 +143,7 @@ class View(Scene):
             way = [p for k, p in enumerate(way) if k == 0 or np.linalg.norm(p - way[k - 1]) > 1e-6]
             if len(way) > 1:
                 bone = annotations.polyline(way, colours[(i - 1) % len(colours)], 2.4, on_top=True)
-                put_object(self.channel, f"/meshcat/arm/{i}/bone", bone)
+                self.channel.draw(f"/meshcat/arm/{i}/bone", bone)
 
     def ghosts(self, qs, labels=None, colours=PALETTE) -> None:
         """Translucent arms at each of `qs`, for other IK branches or a goal; `[]` removes them.
@@ -158,14 +156,14 @@ class View(Scene):
         with self.channel.batch():
             if not qs or labels != self._ghost_labels:
                 self._ghosts, self._ghost_labels = [], labels
-                self.channel.put("delete", "/meshcat/ghosts", delete("/meshcat/ghosts"))
+                self.channel.delete("/meshcat/ghosts")
             for k in range(len(self._ghosts), len(qs)):
                 self._ghosts.append(self._ghost(k, colours[k % len(colours)]))
             for k, ghost in enumerate(self._ghosts):
                 q = qs[k] if k < len(qs) else None
                 ghost.show(q is not None)
                 if q is not None:
-                    ghost.pose(self._linkage.frames(q))
+                    ghost.pose(self.chain.frames(q))
 
     def trail(self, on: bool = True) -> None:
         """Draw the tool's way from now on, or stop drawing (what is drawn stays: `clear_trail` removes it)."""
@@ -187,11 +185,11 @@ class View(Scene):
         """
         self.has_section = bool(regions)
         with self.channel.batch():
-            self.channel.put("delete", _SECTION, delete(_SECTION))
+            self.channel.delete(_SECTION)
             if regions:
                 colours = [colours[k % len(colours)] for k in range(len(regions))]
-                put_object(self.channel, _SECTION, annotations.regions(regions, colours, opacity))
-                put_transform(self.channel, _SECTION, _upright(self._q[0]))
+                self.channel.draw(_SECTION, annotations.regions(regions, colours, opacity))
+                self.channel.place(_SECTION, _upright(self._q[0]))
                 outlines = [region[0] if isinstance(region, tuple) else region for region in regions]
                 self._step_back(1e-3 * np.concatenate([np.asarray(outline)[:, 1] for outline in outlines]))
 
@@ -207,7 +205,7 @@ class View(Scene):
 
         The scene itself computes it, by the generated Jacobian: it follows sliders, drags, animations. 0 hides it.
         """
-        put_property(self.channel, "/meshcat/arm", "ellipse", as_number(seconds, "seconds", "a time in s", low=0.0))
+        self.channel.set("/meshcat/arm", "ellipse", as_number(seconds, "seconds", "a time in s", low=0.0))
 
     def clear(self) -> None:
         """Remove all that was added: frames, ghosts, ellipse, target, trail, paths, section and marks."""
@@ -234,21 +232,21 @@ class View(Scene):
             raise BadInput(f"`qs` must have at least two rows to move between; got {len(rows)}.")
         times = np.linspace(0, len(rows) - 1, max(len(rows), math.ceil(seconds * _FPS) + 1))
         joints = np.column_stack([np.interp(times, range(len(rows)), column) for column in zip(*rows, strict=True)])
-        poses = [self._linkage.frames(q) for q in joints.tolist()]
+        poses = self.chain.frames(joints)
         figures = [figure for figure in (self._figure, self._triads) if figure is not None]
-        tracks = {path: [pose[i] for pose in poses] for figure in figures for i, path in figure.nodes}
+        tracks = {path: poses[:, i] for figure in figures for i, path in figure.nodes}
         if self.has_section:
             tracks[_SECTION] = [_upright(q1) for q1 in joints[:, 0]]
         if fingers:
-            for name, side in (("left", 1e-3), ("right", -1e-3)):
+            for name, side in _FINGERS:
                 tracks[f"/meshcat/arm/4/{name}"] = [_moved(side * travel) for travel in fingers]
         for name, poses in (things or {}).items():
             if name not in self._notes:
                 raise BadInput(f"`things` names {name!r}, which is not in this scene: call `view.things` first.")
-            tracks[f"/meshcat/notes/{name}"] = [column_major(T) for T in poses]
+            tracks[f"/meshcat/notes/{name}"] = poses
         with self.channel.batch():
             self.q = rows[0]
-            self.channel.put("set_animation", "", animation.pack(tracks, seconds, loop))
+            self.channel.put("set_animation", "", animation.play(tracks, seconds, loop))
             self._animated = True
 
     def let_drag(self, limits, *, handle: bool, inverse=None) -> None:
@@ -261,7 +259,7 @@ class View(Scene):
 
     def follow_drags(self, follow: bool) -> None:
         """Does the solid arm follow a dragged tool, or only a ghost? A robot's arm stands where the robot is."""
-        put_property(self.channel, "/meshcat/arm", "follows", follow)
+        self.channel.set("/meshcat/arm", "follows", follow)
 
     # -- inside -------------------------------------------------------------------------------------------
 
@@ -269,7 +267,7 @@ class View(Scene):
         if self.geometry is None:
             values = (f"{_tidy(v)} mm" if row.prismatic else f"{_tidy(math.degrees(v))} deg"
                       for v, row in zip(self._q, self.chain.rows, strict=True))  # fmt: skip
-            x, y, z = (_tidy(1e3 * v) for v in self._linkage.frames(self._q)[-1][12:15])
+            x, y, z = map(_tidy, self.chain.fk(self._q)[:3, 3])
             return f"{self.name} at ({', '.join(values)}), tool at x = {x}, y = {y}, z = {z} mm"
         angles = ", ".join(_tidy(math.degrees(v)) for v in self._q)
         *position, pitch = tool_pose(self._q, self.geometry)
@@ -323,12 +321,11 @@ def _travel(value) -> float:
     return as_number(value, "gripper", "the fingers' travel in mm, -10 (closed) to 19 (open)", -50.0, 50.0)
 
 
-def _moved(by: float) -> tuple[float, ...]:
-    """A shift along z by `by` (m)."""
-    return (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, by, 1.0)
+def _moved(by: float) -> np.ndarray:
+    """A shift along z by `by` (mm)."""
+    return link_matrix(0.0, by, 0.0, 0.0)
 
 
-def _upright(q1: float) -> tuple[float, ...]:
+def _upright(q1: float) -> np.ndarray:
     """The (r, z) plane of an arm whose first joint is at `q1`: the node's x points outwards, its y up."""
-    c, s = math.cos(q1), math.sin(q1)
-    return (c, s, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, s, -c, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+    return link_matrix(q1, 0.0, 0.0, math.pi / 2)
