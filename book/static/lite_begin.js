@@ -64,14 +64,14 @@
   // ---- in the page ------------------------------------------------------------------------------------------------------
 
   function inThePage(pages) {
-    const LOOK_MS = 300, GOODBYE_MS = 6000, LONG_S = 90;
+    const LOOK_MS = 300, GOODBYE_MS = 6000, LONG_S = 90, NARROW_PX = 760;
     const LAST = "omx-python-took-s", CLOSED = "omx-page-closed";
     const chapter = new URLSearchParams(location.search).get("path") ?? "";
     const [page] = (pages && chapter.match(/^\d\d-[a-z-]+?(?=(-Copy\d+|-brought-back-\d+)?\.ipynb$)/)) || [];
     const box = element("div", { id: "omx-begins" }), frame = element("iframe", { id: "omx-page", title: "The chapter's page" });
     const words = element("p", { role: "status" }), bar = element("progress", { max: BYTES, "aria-label": "Python, as fetched" });
     const detail = element("p", { class: "omx-detail" }), toggle = element("button", { type: "button" });
-    let news = null, began = performance.now(), ready = false;
+    let news = null, began = performance.now(), ready = false, roomy = false;
 
     function element(tag, attributes, ...children) {
       const node = document.createElement(tag);
@@ -106,7 +106,15 @@
       toggle.textContent = shown ? "To the notebook" : "Read the chapter's page";
     }
 
+    // On a phone the list of files would leave no room for the chapter; its button stays at the edge.
+    function makeRoom() {
+      if (roomy || !window.jupyterapp?.restored) return;
+      roomy = true;
+      window.jupyterapp.restored.then(() => { if (innerWidth < NARROW_PX) window.jupyterapp.shell.collapseLeft(); });
+    }
+
     function look() {
+      makeRoom();
       const seconds = Math.round((performance.now() - began) / 1e3), there = document.getElementById("jp-top-panel");
       const known = status();
       for (const other of document.body.children) if (other !== box && other !== frame) other.inert = !frame.hidden;

@@ -402,6 +402,14 @@ def test_another_pyodide_is_refused_in_one_sentence(built, elsewhere, tmp_path, 
     assert "holds no Pyodide" in capsys.readouterr().err
 
 
+def test_without_a_site_there_is_nothing_to_lay_it_into(built, elsewhere, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(site, "SITE", tmp_path / "site")
+    assert lite.main(["--site"]) == 1
+    said = capsys.readouterr().err
+    assert said == "lite: there is no site in build/site to lay it into: `python run.py book` builds one.\n"
+    assert [path.name for path in lite.LITE.iterdir()] == ["kept"]
+
+
 def test_a_build_with_another_hash_is_not_taken(tmp_path):
     about = {"file_name": "numpy-2.0.2.whl", "sha256": "0" * 64}
     carrier = tmp_path / "carrier.whl"
