@@ -3,6 +3,7 @@
     python -m book.publish.lite                     # Pyodide's core from npm, its packages from the package index
     python -m book.publish.lite --pyodide FOLDER    # from a Pyodide distribution, unpacked, of the same version
     python -m book.publish.lite --solutions         # the chapters with their solutions, for instructors
+    python -m book.publish.lite --site              # and lay it into the site, whose pages then lead to it
     python -m book.publish.lite --serve             # and show it at 127.0.0.1
 
 `omx` and all that it needs go into Pyodide's own list of packages, so that `import omx` loads them; nothing is asked
@@ -12,6 +13,7 @@ of any server but the one with these files. Any static web server will do; a pag
 import argparse
 import hashlib
 import html
+import io
 import json
 import re
 import shutil
@@ -24,7 +26,7 @@ from pathlib import Path
 from book.chapters import cells, runs
 from book.chapters.normalise import read, write
 from book.chapters.student import Refused, student_copy
-from book.publish import notices, npm, start
+from book.publish import notices, npm, site, start
 from book.setup import extra_envs
 from book.setup.paths import ROOT, Stop, child_environment
 from omx.hardware.dynamixel.serial_line import ADAPTERS
@@ -60,17 +62,34 @@ EXTRA = {
     "dynamixel-sdk": ("pyserial",),
     "pyserial": (),
 }
-#: Of MeshCat only the viewer's bundle; of SymPy and mpmath not their tests.
-UNUSED = re.compile(r"meshcat/(viewer/(?!dist/main\.min\.js)|examples/|tests/)|(sympy|mpmath)/(.+/)?tests/")
+#: What hangs from Pyodide's list and is never imported: the library below `ssl`, and time zones.
+LEFT_OUT = {"openssl", "pytz"}
+#: Of all packages what nobody opens in a browser: tests, headers, copies of the front ends, fonts that no figure has,
+#: stubs for others' libraries; of `ssl` the half that calls OpenSSL, as in a Python that was built without it.
+UNUSED = re.compile(
+    r"meshcat/(viewer/(?!dist/main\.min\.js)|examples/|tests/)"
+    r"|(sympy|mpmath|ipywidgets)/(.+/)?(tests|benchmarks)/"
+    r"|[^/]+\.data/data/share/|anywidget/(lab|nb)extension/"
+    r"|numpy/(f2py|_core/(include|lib)|random/lib)/"
+    r"|matplotlib/mpl-data/(sample_data/|fonts/(afm/|pdfcorefonts/|ttf/(DejaVuSerif|DejaVuSansMono-.*Oblique|Humor)))"
+    r"|jedi/third_party/(django-stubs|typeshed/(stdlib|third_party)/2)/"
+    r"|_ssl\.so"
+)
 IMPORTS = {"u-msgpack-python": "umsgpack", "pyserial": "serial"}
 #: The kernel asks no package index; what is not among these files is missing.
 KERNEL = "@jupyterlite/pyodide-kernel-extension:kernel"
-SETTINGS = {"pyodideUrl": "./static/pyodide/pyodide.js", "disablePyPIFallback": True}
+SETTINGS = {"pyodideUrl": "./static/pyodide/begin.js", "disablePyPIFallback": True}
 WHERE = (
-    "**This copy runs in your browser alone.** Python begins with the first cell that you run: allow it up to a "
-    "minute. Your work is kept in this browser; *File*, *Download* gives you the notebook as a file. The arm that "
-    "moves is virtual here: a real one, after *Connect the arm*, is only read, its motors off. *Interrupt* does "
-    "nothing: to end a long cell, restart the kernel."
+    "**This copy runs in your browser alone.** Python starts while you read; a line at the foot of the window says how "
+    "far it is. What stands below a cell is what the book printed, until you run that cell yourself. Your work is kept "
+    "in this browser; *File*, *Download* gives you the notebook as a file. The arm that moves is virtual here: a real "
+    "one, after *Connect the arm*, is only read, its motors off. *Interrupt* does nothing: to end a long cell, restart "
+    "the kernel."
+)
+#: What the start page says where the site lies around it.
+PAGES = (
+    '<p>To read first, with scenes that move at once: <a href="../index.html">the pages of the book</a>. '
+    "Each leads to its chapter here.</p>"
 )
 #: When and by what the files are zipped is nobody's business: the same wheel from the same files.
 EPOCH = {"SOURCE_DATE_EPOCH": "1577836800"}
@@ -84,12 +103,12 @@ def build(pyodide=None, solutions=False):
     shutil.rmtree(LITE, ignore_errors=True)
     command = [python, "-m", "jupyterlite_core", "build", "--lite-dir", SOURCE, "--contents", SOURCE / "files"]
     run([*command, "--output-dir", LITE, "--no-sourcemaps", "--apps", "lab"], "JupyterLite", SOURCE)
-    for font in [*LITE.glob("build/fa-*.svg"), *LITE.glob("build/fa-*.eot")]:
-        font.unlink()  # for browsers older than any that can run Pyodide
-    shutil.copyfile(LITE / "lab" / "favicon.ico", LITE / "favicon.ico")  # browsers ask for it there
+    for file in [*LITE.glob("build/fa-*.svg"), *LITE.glob("build/fa-*.eot"), LITE / "lab" / "favicon.ico"]:
+        file.unlink()  # fonts for browsers older than any that can run Pyodide; and the book has an icon of its own
+    shutil.copyfile(ROOT / "book/static/arm.svg", LITE / "arm.svg")
     configure(LITE / "jupyter-lite.json")
     write_start_page(LITE / "index.html")
-    let_an_arm_be_connected(LITE / "lab")
+    write_lab_page(LITE / "lab")
     shutil.copyfile(start.__file__, LITE / "start.py")
     notices.write(LITE, notices.LITE, [core] if (core / "LICENSE").exists() else [], packages_of(python))
 
@@ -107,6 +126,10 @@ def lay_out_python(folder, python, pyodide=None):
     for name in CORE:
         shutil.copyfile(core / name, static / name)
     lay_out_packages(static, python, pyodide)
+    count = [file for file in static.iterdir() if file.suffix not in (".js", ".mjs")]
+    script = (ROOT / "book/static/lite_begin.js").read_text(encoding="utf-8").replace("{{files}}", str(len(count)))
+    script = script.replace("{{bytes}}", str(sum(file.stat().st_size for file in count)))
+    (static / "begin.js").write_text(script, encoding="utf-8", newline="\n")
     return core
 
 
@@ -121,8 +144,10 @@ def configure(path):
     """Tell the built JupyterLite of our Pyodide, and let pages (and tests) reach the application."""
     about = json.loads(path.read_text(encoding="utf-8"))
     config = about["jupyter-config-data"]
-    config |= {"appName": "OpenMANIPULATOR-X", "exposeAppInBrowser": "true"}
-    config["litePluginSettings"].setdefault(KERNEL, {}).update(SETTINGS)
+    config |= {"appName": "OpenMANIPULATOR-X", "exposeAppInBrowser": "true", "faviconUrl": "./arm.svg"}
+    lock = json.loads((path.parent / "static/pyodide/pyodide-lock.json").read_text(encoding="utf-8"))
+    at_once = {"loadPyodideOptions": {"packages": sorted(lock["packages"])}}  # side by side, while the chapter is read
+    config["litePluginSettings"].setdefault(KERNEL, {}).update(SETTINGS | at_once)
     path.write_text(json.dumps(about, indent=1), encoding="utf-8", newline="\n")
 
 
@@ -145,9 +170,19 @@ def lay_out_chapters(folder, solutions=False):
     """The students' copies of all chapters, or the chapters themselves; the first line says where they run."""
     folder.mkdir(parents=True)
     for path in runs.chapters():
-        notebook = read(path) if solutions else student_copy(read(path))
+        notebook = read(path) if solutions else with_outputs(student_copy(read(path)), read(path))
         where = {"cell_type": "markdown", "id": "where", "metadata": {}, "source": WHERE}
         write(folder / path.name, {**notebook, "cells": [where, *notebook["cells"]]})
+
+
+def with_outputs(copy, chapter):
+    """The student's copy with what the chapter has stored, up to its exercises: to be read before Python is there."""
+    first = next((i for i, cell in enumerate(chapter["cells"]) if "exercise" in cells.tags(cell)), None)
+    stored = {cell["id"]: cell["outputs"] for cell in chapter["cells"][:first] if cells.is_code(cell)}
+    for cell in copy["cells"]:
+        if cells.is_code(cell):
+            cell["outputs"] = stored.get(cell["id"], [])
+    return copy
 
 
 def write_start_page(path):
@@ -162,14 +197,30 @@ def write_start_page(path):
     path.write_text(page, encoding="utf-8", newline="\n")
 
 
-def let_an_arm_be_connected(lab):
-    """JupyterLab's page gets the command by which its reader gives Python the port of a real arm."""
+def write_lab_page(lab):
+    """JupyterLab's page says how Python begins, and gets the command by which its reader connects a real arm."""
     filters = json.dumps([{"usbVendorId": vendor, "usbProductId": product} for vendor, product in ADAPTERS])
     script = (ROOT / "book/static/lite_arm.js").read_text(encoding="utf-8").replace("{{adapters}}", filters)
     (lab / "arm.js").write_text(script, encoding="utf-8", newline="\n")
     page = (lab / "index.html").read_text(encoding="utf-8")
-    page = page.replace("</head>", '<script src="arm.js"></script>\n</head>', 1)
+    words = '<link rel="icon" href="../arm.svg">\n<script src="../static/pyodide/begin.js" data-pages=""></script>\n'
+    words += '<script src="arm.js"></script>\n</head>'
+    page = page.replace("<html>", '<html lang="en">').replace("</head>", words, 1)
     (lab / "index.html").write_text(page, encoding="utf-8", newline="\n")
+
+
+def lay_into(folder):
+    """Copy the edition into the site's `folder`, and tell the pages of both about each other."""
+    place = folder / site.LITE
+    shutil.rmtree(place, ignore_errors=True)
+    shutil.copytree(LITE, place)
+    for name, old, new in (
+        ("lab/index.html", 'data-pages=""', 'data-pages="../../notebooks/"'),
+        ("index.html", "<!--pages-->", PAGES),
+    ):
+        page = (place / name).read_text(encoding="utf-8")
+        (place / name).write_text(page.replace(old, new), encoding="utf-8", newline="\n")
+    site.finish(folder)
 
 
 # ---- packages for the browser's Python ---------------------------------------------------------------------------
@@ -180,7 +231,7 @@ def lay_out_packages(static, python, pyodide=None):
     lock = json.loads((static / "pyodide-lock.json").read_text(encoding="utf-8"))
     known = {plain(name): about for name, about in lock["packages"].items()}
     version = lock["info"]["python"].rpartition(".")[0]
-    needed = closure([*WANTED, *(need for needs in EXTRA.values() for need in needs)], known)
+    needed = closure([*WANTED, *(need for needs in EXTRA.values() for need in needs)], known, LEFT_OUT)
     source = pyodide or carried(python, version)
     if source is None:
         refuse([name for name in needed if not known[name]["file_name"].endswith("none-any.whl")])
@@ -189,7 +240,7 @@ def lay_out_packages(static, python, pyodide=None):
         if file := built(known[name], static, source):
             packages[name] = {**known[name], **file}
         elif wheel := pure_wheel(python, name, known[name]["version"], version):
-            packages[name] = {**known[name], **laid_out(wheel, static)}
+            packages[name] = {**known[name], **laid_out(wheel.name, wheel.read_bytes(), static)}
         else:
             missing.append(name)
     for name, needs in EXTRA.items():
@@ -197,7 +248,7 @@ def lay_out_packages(static, python, pyodide=None):
         if wheel is None:
             missing.append(name)
         else:
-            packages[name] = entry(name, wheel, needs) | laid_out(wheel, static)
+            packages[name] = entry(name, wheel, needs) | laid_out(wheel.name, wheel.read_bytes(), static)
     if missing:
         refuse(missing)
     for about in packages.values():
@@ -213,12 +264,12 @@ def refuse(missing):
     )
 
 
-def closure(names, known):
+def closure(names, known, left_out=()):
     """The packages with all that they depend on."""
     found, waiting = [], list(names)
     while waiting:
         name = plain(waiting.pop(0))
-        if name in known and name not in found:
+        if name in known and name not in (*found, *left_out):
             found.append(name)
             waiting += known[name]["depends"]
     return found
@@ -230,7 +281,7 @@ def plain(name):
 
 
 def built(about, static, source):
-    """One of Pyodide's own builds, copied from `source`; None if there is none with the official hash."""
+    """One of Pyodide's own builds from `source`, laid out; None if there is none with the official hash."""
     data = None
     if source and source.is_dir():
         data = (source / about["file_name"]).read_bytes() if (source / about["file_name"]).is_file() else None
@@ -240,8 +291,7 @@ def built(about, static, source):
             data = archive.read(names[0]) if names else None
     if data is None or hashlib.sha256(data).hexdigest() != about["sha256"]:
         return None
-    (static / about["file_name"]).write_bytes(data)
-    return {"file_name": about["file_name"]}
+    return laid_out(about["file_name"], data, static)
 
 
 def carried(python, for_python):
@@ -273,13 +323,29 @@ def own_wheel():
     return next(WHEELS.glob("omx-*.whl"))
 
 
-def laid_out(wheel, static):
-    """Copy a wheel beside Pyodide, without the files that nobody opens there; its entries in the list."""
-    with zipfile.ZipFile(wheel) as whole, zipfile.ZipFile(static / wheel.name, "w", zipfile.ZIP_DEFLATED) as thin:
+def laid_out(name, data, static):
+    """Put a wheel beside Pyodide, without the files that nobody opens there; its entries in the list.
+
+    It was judged by its own hash before; a wheel that is made thinner gets one of its own in our list.
+    """
+    with zipfile.ZipFile(io.BytesIO(data)) as whole:
+        if any(UNUSED.match(item) for item in whole.namelist()):
+            data = thinned(whole)
+    (static / name).write_bytes(data)
+    return {"file_name": name, "sha256": hashlib.sha256(data).hexdigest()}
+
+
+def thinned(whole):
+    """The bytes of an opened wheel without its unused files, which its RECORD then does not name either."""
+    thin = io.BytesIO()
+    with zipfile.ZipFile(thin, "w") as archive:
         for item in whole.infolist():
+            data = whole.read(item)
+            if item.filename.endswith(".dist-info/RECORD"):
+                data = b"".join(line for line in data.splitlines(True) if not UNUSED.match(line.decode()))
             if not UNUSED.match(item.filename):
-                thin.writestr(zipfile.ZipInfo(item.filename), whole.read(item), zipfile.ZIP_DEFLATED)
-    return {"file_name": wheel.name, "sha256": hashlib.sha256((static / wheel.name).read_bytes()).hexdigest()}
+                archive.writestr(zipfile.ZipInfo(item.filename), data, zipfile.ZIP_DEFLATED, 9)
+    return thin.getvalue()
 
 
 def entry(name, wheel, needs):
@@ -310,17 +376,22 @@ def main(argv=None):
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--pyodide", type=Path, metavar="FOLDER", help="a Pyodide distribution, unpacked")
     parser.add_argument("--solutions", action="store_true", help="the chapters with their solutions")
+    parser.add_argument("--site", action="store_true", help="lay it into the site in build/site as well")
     parser.add_argument("--serve", action="store_true", help="show it at 127.0.0.1 when it is built")
     options = parser.parse_args(argv)
     try:
+        if options.site and not (site.SITE / "index.html").is_file():
+            raise Stop("there is no site in build/site to lay it into: `python run.py book` builds one.")
         build(options.pyodide and options.pyodide.resolve(), options.solutions)
+        if options.site:
+            lay_into(site.SITE)
     except (Stop, Refused, OSError) as error:
         print(f"lite: {error}", file=sys.stderr)
         return 1
     size = sum(path.stat().st_size for path in LITE.rglob("*") if path.is_file())
     print(f"JupyterLite is in {LITE.relative_to(ROOT)} ({size / 1e6:.0f} MB); any static web server can serve it.")
     if options.serve:
-        start.serve(LITE, start.PORT)
+        start.serve(site.SITE if options.site else LITE, start.PORT)
     return 0
 
 

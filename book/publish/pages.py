@@ -18,7 +18,7 @@ WITHOUT_ROBOT = (
 )
 
 
-#: Where the links to a chapter's handouts go, if the site is built with them.
+#: Where the links to a chapter's handouts and to its notebook in the browser edition go, if the site has them.
 HANDOUTS = "<!--handouts-->"
 
 

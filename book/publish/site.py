@@ -29,6 +29,8 @@ EXERCISE = re.compile(r"Exercise \d+\.\d+")
 SEARCH = re.compile(r'<script src="[^"]*(?:searchtools|searchindex|language_data)\.js[^"]*"></script>\s*')
 #: `{div}` comes from an extension for cards and tabs, and these with it, which no page uses: 60 kB.
 UNUSED = re.compile(r"<link [^>]*sphinx-design[^>]*>\s*|<script [^>]*design-tabs\.js[^>]*></script>\s*")
+#: The browser edition, where `python run.py lite --site` has laid it into the site.
+LITE = "lite"
 HANDOUTS = re.compile(f"{pages.HANDOUTS}.*?<!--/-->")
 ICON_FONT = re.compile(r'@font-face\{[^}]*Font Awesome[^}]*\}|(?:\.fa-[a-z0-9-]+,?)+\{--fa:"[^}]*\}')
 
@@ -70,7 +72,8 @@ def finish(site=SITE):
         text = UNUSED.sub("", page.read_text(encoding="utf-8"))
         if page.name != "search.html":  # the only page that searches
             text = SEARCH.sub("", text)
-        update(page, HANDOUTS.sub(handouts(site / "slides" / page.name), text).encode())
+        words = handouts(site / "slides" / page.name) + to_run(site, page.stem)
+        update(page, HANDOUTS.sub(f"{pages.HANDOUTS}{words}<!--/-->", text).encode())
     name_exercises(site / "searchindex.js")
     thin_icons(site)
     for path in [*site.rglob("*.map"), *site.glob("_static/sphinx-design*"), *site.glob("_static/design-*")]:
@@ -91,7 +94,15 @@ def handouts(deck):
     """What stands on a chapter's page for the PDFs of its deck."""
     links = slides.handouts(deck, "../slides/")
     words = f"The slides as {' · '.join(links)}" if links else ""
-    return f'{pages.HANDOUTS}<span class="omx-handouts">{words}</span><!--/-->'
+    return f'<span class="omx-handouts">{words}</span>'
+
+
+def to_run(site, name):
+    """What stands there for the same chapter in the browser edition; `edit.js` finds Python by this link, too."""
+    if not (site / LITE / "static/pyodide/pyodide-lock.json").is_file():
+        return ""
+    address = f"../{LITE}/lab/index.html?path={name}.ipynb"
+    return f' <a class="omx-button omx-run" href="{address}">Run it in your browser</a>'
 
 
 def thin_icons(site):

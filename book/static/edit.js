@@ -1,6 +1,6 @@
 // A reader changes a line of a chapter on its page, and the page derives again. One file, twice: in the page, and in a worker
-// where the browser edition's Python runs the chapter's own derivation (derive_again.py); it lies in `lite/`, in the site's
-// folder or beside it, and nothing else is asked of anybody. Another number needs no symbols: the formulas take lengths as
+// where the browser edition's Python runs the chapter's own derivation (derive_again.py); where that lies, the page's link to
+// its notebook there says, and nothing is asked of anybody else. Another number needs no symbols: the formulas take lengths as
 // arguments, a chain is a product of numbers, and the JavaScript that every page has answers at once. (MicroPython, 0.2 MB,
 // would do that, too, but the formulas are here already, in the language of the page.)
 (function () {
@@ -8,8 +8,9 @@
   if (typeof document === "undefined") return inTheWorker();
   const HERE = document.currentScript.src;
   let A = null;
-  const PLACES = ["../lite/static/pyodide/", "../../lite/static/pyodide/"]; // seen from _static
+  const PYTHON = "../static/pyodide/"; // seen from where the link leads
   const SETTLE_MS = 250; // after the last key
+  const KEPT = "omx-your-arm"; // in this tab, until it is closed: the reader's lines, by chapter and cell
   const LENGTH = /\b(\w+)(: *)(-?\d*\.?\d+)(?=\s*[,}])/g, ROW = /DHRow\(([^()]*)\)/g;
   const COLUMNS = ["theta", "d", "a", "alpha"];
   const NO_PYTHON = "No Python lies beside this page, so it cannot derive: other numbers answer here all the same, and for all " +
@@ -39,6 +40,37 @@
       box.append(element("p", {}, element("strong", {}, "Your arm. "), "Change a number or a row, and derive again: the " +
         "chapter's own cells run in this page, with your lines."), ...this.fields.map(({ box: lines }) => lines),
         element("p", { class: "omx-poses" }, this.go, this.back), this.said, this.result);
+      this.bringAlong();
+    }
+
+    // ---- the same arm on the next page -------------------------------------------------------------------------------------
+
+    // The lines that the reader changed before, here or on another page, if the book still has the cells that they were.
+    bringAlong() {
+      const kept = stored();
+      let brought = false;
+      for (const { name, piece, area } of this.fields) {
+        const { book, mine } = kept[name] ?? {};
+        if (book !== piece.code) continue;
+        area.value = mine;
+        brought = true;
+      }
+      if (!brought) return;
+      this.answerAtOnce();
+      if (this.said.dataset.kind) return; // no arm: that has been said
+      const toCome = this.numbers() ? "" : " \u201cDerive again\u201d makes the scene above that arm.";
+      this.say(`These lines are yours, as you left them in this tab: \u201cThe book's arm\u201d brings the shipped ones back.${toCome}`);
+    }
+
+    keep() {
+      const kept = stored();
+      for (const { name, piece, area } of this.fields) {
+        delete kept[name];
+        if (area.value !== piece.code) kept[name] = { book: piece.code, mine: area.value };
+      }
+      try {
+        sessionStorage.setItem(KEPT, JSON.stringify(kept));
+      } catch { /* a browser that keeps nothing: then each page begins with the book's arm */ }
     }
 
     // The lines of one cell, as the chapter has them.
@@ -58,7 +90,7 @@
         this.derive();
       });
       const label = element("label", { for: id }, element("code", {}, piece.edit), from);
-      return { piece, area, box: element("div", {}, label, area) };
+      return { name: `${chapter}/${piece.edit}`, piece, area, box: element("div", {}, label, area) };
     }
 
     say(words, kind = "") {
@@ -93,6 +125,7 @@
 
     answerAtOnce() {
       const arm = this.numbers();
+      this.keep();
       this.result.replaceChildren();
       if (!arm) return this.say("");
       const short = this.lengthNames().map((name, i) => [name, arm.geometry?.[i]]).filter(([name, v]) => name[0] === "L" && v <= 0)
@@ -126,6 +159,7 @@
 
     restore() {
       for (const { piece, area } of this.fields) area.value = piece.code;
+      this.keep();
       this.result.replaceChildren();
       if (this.book) this.show(this.book.arm);
       else this.stretch(this.first);
@@ -139,6 +173,7 @@
       clearTimeout(this.typing);
       this.busy = true;
       this.go.setAttribute("aria-disabled", "true");
+      this.keep();
       try {
         const mine = this.fields.map(({ area }) => area.value);
         this.worker ??= await this.start();
@@ -160,16 +195,12 @@
 
     // The worker, if Python is to be had; null if it is not.
     async start() {
-      if (location.protocol === "file:") return null;
-      for (const place of PLACES) {
-        const base = new URL(place, HERE).href, answer = await fetch(`${base}pyodide-lock.json`).catch(() => null);
-        const list = answer?.ok && (await answer.json().catch(() => null));
-        if (!list?.packages?.omx) continue;
-        const worker = new Worker(HERE);
-        worker.postMessage({ base, wheel: list.packages.omx.file_name, driver: new URL("derive_again.py", HERE).href });
-        return worker;
-      }
-      return null;
+      const link = document.querySelector("a.omx-run");
+      if (!link || location.protocol === "file:") return null;
+      const base = new URL(PYTHON, link.href).href, list = await (await fetch(`${base}pyodide-lock.json`)).json();
+      const worker = new Worker(HERE);
+      worker.postMessage({ base, wheel: list.packages.omx.file_name, driver: new URL("derive_again.py", HERE).href });
+      return worker;
     }
 
     // One question to the worker: the chapters with these lines.
@@ -218,6 +249,14 @@
       }
       const proved = this.chapters.some(({ pieces }) => pieces.some(({ code }) => code.includes("prove_equal(")));
       this.say(`Derived again${proved ? ", with its proofs," : ""} in ${A.text(seconds, 1)} s. The arm above is yours.`);
+    }
+  }
+
+  function stored() {
+    try {
+      return JSON.parse(sessionStorage.getItem(KEPT)) ?? {};
+    } catch {
+      return {};
     }
   }
 

@@ -3,7 +3,11 @@
   if (!navigator.serial) return;
   const FILTERS = {{adapters}};
   const WORDS = "Connect the arm";
-  const button = document.createElement("button");
+  const REFUSED = { // by the error's name; whoever has chosen nothing is told nothing
+    NotFoundError: "",
+    SecurityError: "This page may not ask for an adapter: the site's administrator, or its place inside another page, forbids it.",
+  };
+  const button = document.createElement("button"), said = document.createElement("span");
   let connected = null;
 
   function show() {
@@ -17,9 +21,10 @@
     try {
       connected = await navigator.serial.requestPort({ filters: FILTERS });
     } catch (error) {
-      if (error.name !== "NotFoundError") throw error;  // nothing was chosen: all stays as it was
+      said.textContent = REFUSED[error.name] ?? `The browser could not ask for an adapter (${error.message}): load this page again.`;
       return;
     }
+    said.textContent = "";
     for (const port of await navigator.serial.getPorts()) if (port !== connected) await port.forget();
     show();
   }
@@ -29,12 +34,14 @@
     if (data === "is an arm connected?" && connected) channel.postMessage("connected");
   };
   button.style = "flex: none; margin: 1px 8px 1px auto; font: 12px system-ui, sans-serif";
+  said.style = "flex: none; align-self: center; margin-left: 8px; font: 12px system-ui, sans-serif";
+  said.setAttribute("role", "status");
   button.addEventListener("click", connect);
   show();
   const placing = setInterval(() => {  // JupyterLab makes its bar of menus when it is ready
     const bar = document.getElementById("jp-top-panel");
     if (!bar) return;
     clearInterval(placing);
-    bar.append(button);
+    bar.append(said, button);
   }, 200);
 })();

@@ -3,25 +3,29 @@
 Every chapter, cell by cell: `python run.py test lite` (lite_chapters.py).
 """
 
+import hashlib
 import json
 import math
 import os
+import re
+import shutil
 import subprocess
 import sys
 import urllib.request
 import zipfile
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
-from book.chapters import runs
-from book.publish import lite
+from book.chapters import cells, normalise, runs
+from book.publish import lite, site
 from book.setup.paths import Stop
 from omx import HOME, Robot
 from omx.hardware.simulator import SteppedClock, VirtualArm, VirtualPort
 from tests.browser.conftest import FLAGS
-from tests.browser.weblook import serious, served
-from tests.helpers.lite import chapter, python, run_all
+from tests.browser.weblook import NOISE, serious, served
+from tests.helpers.lite import CUT_OFF, IDLE, PATIENCE_MS, chapter, python, run_all
 
 
 @pytest.fixture(scope="module")
@@ -39,19 +43,129 @@ def test_every_chapter_is_there_as_a_sheet_and_says_where_it_runs(built):
     for name in names:
         first, *rest = json.loads((built / "files" / name).read_text(encoding="utf-8"))["cells"]
         assert "runs in your browser" in "".join(first["source"])
-        assert not any(cell.get("outputs") for cell in rest)
         assert f"path={name}" in (built / "index.html").read_text(encoding="utf-8")
+        exercises = next(i for i, cell in enumerate(rest) if "exercise" in cells.tags(cell))
+        stored = {cell["id"]: cell.get("outputs") for cell in normalise.read(normalise.NOTEBOOKS / name)["cells"]}
+        assert all(cell["outputs"] == stored[cell["id"]] for cell in rest[:exercises] if cells.is_code(cell))
+        assert not any(cell.get("outputs") for cell in rest[exercises:]), "no answer can be read there"
 
 
-def test_it_is_light(built):
-    assert sum(path.stat().st_size for path in built.rglob("*") if path.is_file()) < 60e6
+def test_it_is_light_and_its_list_knows_what_lies_beside_it(built):
+    assert sum(path.stat().st_size for path in built.rglob("*") if path.is_file()) < 56e6
+    python = built / "static" / "pyodide"
+    packages = json.loads((python / "pyodide-lock.json").read_text(encoding="utf-8"))["packages"].values()
+    assert {about["file_name"] for about in packages} == {path.name for path in python.glob("*.whl")}
+    for about in packages:
+        assert hashlib.sha256((python / about["file_name"]).read_bytes()).hexdigest() == about["sha256"]
+        with zipfile.ZipFile(python / about["file_name"]) as wheel:
+            recorded = [line.split(",")[0] for line in text_of(wheel, "RECORD").splitlines()]
+            assert not [name for name in wheel.namelist() if lite.UNUSED.match(name)]
+            assert not [name for name in recorded if lite.UNUSED.match(name)]
+
+
+def text_of(wheel, name):
+    (found,) = [one for one in wheel.namelist() if one.endswith(f".dist-info/{name}")]
+    return wheel.read(found).decode()
+
+
+# ---- how it begins ---------------------------------------------------------------------------------------------------
+
+#: Everything that the page says while it opens, and when Python was there.
+LISTEN = """() => {
+  window.heard = [];
+  const listen = () => {
+    const box = document.getElementById("omx-begins");
+    const said = box ? [...box.querySelectorAll("p")].map((p) => p.textContent).join("|") : "";
+    if (said && window.heard.at(-1) !== said) window.heard.push(said);
+  };
+  setInterval(listen, 50);
+}"""
+
+
+@contextmanager
+def tab_of(playwright, chromium, **settings):
+    """An empty tab of a browser that was never here, with its `problems`."""
+    browser = playwright.chromium.launch(executable_path=chromium, args=(*FLAGS, CUT_OFF))
+    tab = browser.new_context(**settings).new_page()
+    tab.set_default_timeout(PATIENCE_MS)
+    tab.add_init_script(f"({LISTEN})()")
+    tab.problems = []
+    tab.on("pageerror", lambda error: tab.problems.append(str(error)))
+    tab.on("console", lambda message: is_error(message) and tab.problems.append(message.text))
+    yield tab
+    browser.close()
+
+
+def is_error(message):
+    return message.type == "error" and not any(noise in message.text for noise in NOISE)
+
+
+def test_python_begins_in_words_and_what_went_wrong_is_one_of_them(built, playwright, chromium, tmp_path):
+    name = runs.chapters()[0].name
+    with served(built) as home, tab_of(playwright, chromium, viewport={"width": 390, "height": 844}) as tab:
+        tab.goto(home)
+        tab.locator(f"a[href*='{name}']").click()
+        tab.wait_for_function(IDLE)
+        box = tab.locator("#omx-begins")
+        box.get_by_text("Python is ready: run the cells from the top").wait_for()
+        assert serious(tab, "#omx-begins") == []
+        place = box.bounding_box()
+        assert 0 <= place["x"] < place["x"] + place["width"] <= 390
+        box.wait_for(state="hidden")
+        heard = tab.evaluate("window.heard")
+        assert heard[0].startswith("JupyterLab is loaded")
+        assert any("10 to 60 seconds" in words for words in heard)
+        counts = [re.search(r"(\d+) of (\d+) files, (\d+) of (\d+) MB", words) for words in heard]
+        counts = [tuple(map(int, count.groups())) for count in counts if count]
+        assert counts == sorted(counts), "they only grow"
+        assert len(counts) > 2
+        assert any("Python is here and sets itself up" in words for words in heard)
+        tab.reload()
+        tab.get_by_text("Here it took").wait_for()
+        assert tab.problems == []
+    shutil.copytree(built, tmp_path / "lite")
+    (missing,) = (tmp_path / "lite").rglob("sympy-*.whl")
+    missing.unlink()
+    with served(tmp_path / "lite") as home, tab_of(playwright, chromium) as tab:
+        tab.goto(f"{home}lab/index.html?path={name}")
+        tab.get_by_text(f"Python did not start: {missing.name} could not be had (status 404)").wait_for()
+
+
+def test_around_it_the_site_shows_the_chapter_at_once_and_leads_to_it(
+    built, built_site, playwright, chromium, tmp_path
+):
+    around, name = tmp_path / "site", runs.chapters()[0].stem
+    shutil.copytree(built_site, around, ignore=lambda at, _: [site.LITE] if Path(at) == built_site else [])
+    lite.lay_into(around)
+    with served(around) as home, tab_of(playwright, chromium) as tab:
+        tab.goto(f"{home}{site.LITE}/index.html")
+        assert tab.get_by_role("link", name="the pages of the book").get_attribute("href") == "../index.html"
+        tab.locator(f"a[href*='{name}']").click()
+        page = tab.frame_locator("#omx-page")
+        page.get_by_role("heading", level=1).wait_for()
+        assert tab.evaluate("!window.jupyterapp") or not tab.evaluate(IDLE), "before Python is there"
+        page.frame_locator(".omx-scene iframe").locator("body[data-ready]").first.wait_for()
+        assert tab.evaluate("[...document.body.children].filter((e) => !e.inert).map((e) => e.id)") == [
+            "omx-begins",
+            "omx-page",
+        ]
+        tab.wait_for_function(IDLE)
+        tab.get_by_role("button", name="To the notebook").click()
+        tab.locator("#omx-page").wait_for(state="hidden")
+        tab.get_by_role("menuitem", name="Kernel").click()
+        tab.goto(f"{home}notebooks/{name}.html")
+        tab.get_by_role("link", name="Run it in your browser").click()
+        tab.get_by_role("button", name="Read the chapter's page").wait_for()
+        assert tab.locator("#omx-page").is_hidden(), "whoever has gone on once, or comes from the page, is not held up"
+        tab.wait_for_function(IDLE)
+        assert tab.problems == []
 
 
 def test_a_chapter_lives_with_the_network_cut(built, playwright, chromium):
     """The student's copy of chapter 00 runs up to its first TODO; slider and tool move the arm, in the tab's Python."""
     with served(built) as home, chapter(playwright, chromium, home, runs.chapters()[0].name) as tab:
-        cells, _ = run_all(tab)
-        assert sum(bool(cell.get("execution_count")) for cell in cells) >= 5
+        done, _ = run_all(tab)
+        assert sum(bool(cell.get("execution_count")) for cell in done) >= 5
         tab.evaluate("jupyterapp.shell.currentWidget.content.scrollToItem(2)")
         tab.locator(".omx-scene[data-ready]").first.wait_for()
         tab.wait_for_timeout(1500)
@@ -148,13 +262,19 @@ CHOOSING = """() => {
     requestPort: async ({ filters }) => {
       window.filters = filters;
       if (!navigator.userActivation.isActive) throw new DOMException("no gesture", "SecurityError");
-      if (!window.chooses) throw new DOMException("No port selected by the user.", "NotFoundError");
+      if (!window.chooses) throw new DOMException(...window.refusal ?? ["No port selected.", "NotFoundError"]);
       return arm;
     },
     getPorts: async () => [other, arm],
   };
   Object.defineProperty(navigator, "serial", { value: serial });
 }"""
+
+#: What a browser says of a port that it does not ask for, and what its reader is told.
+REFUSALS = (
+    (("Access denied.", "SecurityError"), "This page may not ask for an adapter"),
+    (("Already asking.", "InvalidStateError"), "The browser could not ask for an adapter (Already asking.)"),
+)
 
 
 def test_a_real_arm_is_read_in_the_browser_byte_for_byte_and_only_after_a_click(built, playwright, chromium, tmp_path):
@@ -187,11 +307,16 @@ print(json.dumps([said, js.stand.opens]))"""
             assert "no arm is connected to this page: press *Connect the arm*" in named
             assert "there is no such port" in other
             tab.get_by_role("button", name="Connect the arm").click()
+        for refusal, words in REFUSALS:
+            tab.evaluate("(refusal) => { window.refusal = refusal; }", refusal)
+            tab.get_by_role("button", name="Connect the arm").click()
+            tab.get_by_role("status").get_by_text(words).wait_for()
         assert {"usbVendorId": 0x0403, "usbProductId": 0x6014} in tab.evaluate("filters")
         assert not tab.evaluate("window.forgotten")
         tab.evaluate("window.chooses = true")
         tab.get_by_role("button", name="Connect the arm").click()
         tab.get_by_role("button", name="Arm connected, to be read").wait_for()
+        assert tab.get_by_text("The browser could not ask").count() == 0
         assert tab.evaluate("window.forgotten")
         lab = python(
             tab,
@@ -275,6 +400,14 @@ def test_another_pyodide_is_refused_in_one_sentence(built, elsewhere, tmp_path, 
     assert "holds Pyodide 314.0.7, but the kernel was made for 0.27." in capsys.readouterr().err
     assert lite.main(["--pyodide", str(tmp_path)]) == 1
     assert "holds no Pyodide" in capsys.readouterr().err
+
+
+def test_without_a_site_there_is_nothing_to_lay_it_into(built, elsewhere, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(site, "SITE", tmp_path / "site")
+    assert lite.main(["--site"]) == 1
+    said = capsys.readouterr().err
+    assert said == "lite: there is no site in build/site to lay it into: `python run.py book` builds one.\n"
+    assert [path.name for path in lite.LITE.iterdir()] == ["kept"]
 
 
 def test_a_build_with_another_hash_is_not_taken(tmp_path):
