@@ -172,6 +172,33 @@ def the_student_works(cells):
         yield 0, "has no exercise in words: a Markdown solution with a **Model answer.** and a **Rubric.**"
 
 
+TOGETHER = re.compile(
+    r"Together they take about (an|two|three|four) hours?(?: and (a quarter|a half|three quarters|\w+))?"
+)
+MINUTES = {"an": 60, "two": 120, "three": 180, "four": 240}
+MINUTES |= {
+    None: 0,
+    "ten": 10,
+    "a quarter": 15,
+    "twenty": 20,
+    "a half": 30,
+    "forty": 40,
+    "three quarters": 45,
+    "fifty": 50,
+}
+
+
+def the_minutes_add_up(cells):
+    """What the exercises are said to take together is the sum of their minutes, to a tenth."""
+    total = sum(
+        int(minutes) for cell in cells for minutes in re.findall(r"^\*Difficulty .* (\d+) min", prose(cell), re.M)
+    )
+    for number, cell in enumerate(cells, 1):
+        found = TOGETHER.search(prose(cell))
+        if found and abs(MINUTES[found[1]] + MINUTES[found[2]] - total) > total / 10:
+            yield number, f"says {found[0]!r}, and the exercises add up to {total} minutes"
+
+
 SYMBOLIC = re.compile(r"\bcheck\.expression\(|\bprove_equal\(")
 
 
@@ -237,6 +264,7 @@ RULES = (
     used_tags,
     stored_outputs,
     the_student_works,
+    the_minutes_add_up,
     numbers_are_backed,
     wrong_answers_are_expected,
 )

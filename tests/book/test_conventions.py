@@ -229,6 +229,13 @@ def test_work_that_is_missing_is_named(old, new, message):
     assert message in "\n".join(what for _, what in lint.the_student_works(cells))
 
 
+def test_what_the_exercises_take_together_is_their_sum():
+    """Six of ten minutes: an hour; three quarters or an hour and a half are not."""
+    for said, wrong in (("an hour", 0), ("an hour and a quarter", 1), ("two hours", 1)):
+        cells = [*a_working_chapter(), markdown(f"Together they take about {said}.")]
+        assert len(list(lint.the_minutes_add_up(cells))) == wrong
+
+
 def test_an_answer_in_words_needs_no_check_but_code_does():
     cells = a_working_chapter()
     assert "ends with 'solution'" in str(list(lint.exercises([*cells[:-1], code("x = 1", tags=["solution"])])))

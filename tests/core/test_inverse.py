@@ -97,8 +97,27 @@ def test_front_means_facing_the_target_and_up_means_that_the_forearm_bends_down(
             assert (bend > 0) == solution.elbow_up or abs(bend) < 1e-6
 
 
+def on_the_card(pose, front, sign):
+    """The inverse as the summary of chapter 5 prints it, on one card."""
+    (x, y, z, p), (L1, L2, L3, L4, delta) = pose, COURSE.values
+    q1, r = (np.arctan2(y, x), hypot(x, y)) if front else (np.arctan2(y, x) + pi, -hypot(x, y))
+    r_w, z_w = r - L4 * np.cos(p), z - L1 - L4 * np.sin(p)
+    D = (r_w**2 + z_w**2 - L2**2 - L3**2) / (2 * L2 * L3)
+    s = sign * max(0, (1 - D) * (1 + D)) ** 0.5
+    q3 = np.arctan2(s, D) + delta - pi / 2
+    q2 = pi / 2 - delta - np.arctan2(z_w, r_w) - np.arctan2(L3 * s, L2 + L3 * D)
+    return q1, q2, q3, -p - q2 - q3
+
+
+def test_the_card_of_chapter_5_is_the_inverse():
+    for pose in omx.pose(oracles.random_q(200, 5)):
+        for solution in filter(lambda branch: branch.reachable, omx.ik(pose)):
+            card = on_the_card(pose, solution.front, 1 if solution.elbow_up else -1)
+            assert oracles.angle_gap(np.array(card), solution.q).max() < 1e-7
+
+
 def test_behind_the_shoulder_elbow_up_is_the_lower_elbow():
-    """The four-branch figure of chapter 04: both wrists are behind the shoulder."""
+    """The four-branch figure of chapter 5: both wrists are behind the shoulder."""
     heights = [omx.frames(s)[2, 2, 3] for s in omx.ik((24, -18, 340, pi / 3))]
     assert [round(h) for h in heights] == [138, 180, 111, 204]
 
