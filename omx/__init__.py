@@ -42,7 +42,6 @@ from .errors import (
     ViewerMissing,
     Violation,
     Wrong,
-    WrongServo,
 )  # fmt: skip
 from .geometry import COURSE, MAKER, Geometry, other_arm
 from .kinematics import IKSolution, Pose, fk, frames, ik, ik_batch, jacobian, pose, solve_ik, warn_if_stale
@@ -74,7 +73,7 @@ __all__ = [
     "NotIdentifiable", "NotReady", "ObjectLost", "OmxError", "OutOfBounds", "PathBlocked", "PortBusy", "PortError",
     "PortLost", "Pose", "PosePanel", "ReadOnly", "Robot", "RobotPanel", "RowPanel", "RowView", "ServoFault",
     "ServoLost", "ServoRefused", "ServoRestarted", "Stalled", "Stopped", "TeachPanel", "TooFast", "TooHeavy",
-    "TorqueOff", "Unreachable", "View", "ViewerMissing", "Violation", "Wrong", "WrongServo",
+    "TorqueOff", "Unreachable", "View", "ViewerMissing", "Violation", "Wrong",
     "fk", "frames", "ik", "ik_batch", "jacobian", "other_arm", "pose", "solve_ik",
 ]  # fmt: skip
 

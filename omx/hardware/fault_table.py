@@ -3,7 +3,7 @@ programs left behind, and warns; the doctor tells the same rows. Reads only.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 from ..arm import (
@@ -80,14 +80,15 @@ class Found(NamedTuple):
     servo: int
     facts: dict
 
-    def __str__(self) -> str:
-        row = self.condition
-        return f"{row.symptom}. {row.remedy}".format(servo=self.servo, **self.facts)
-
     @property
     def symptom(self) -> str:
         """What is the case, in words."""
         return self.condition.symptom.format(servo=self.servo, **self.facts)
+
+    @property
+    def remedy(self) -> str:
+        """What to do about it."""
+        return self.condition.remedy.format(servo=self.servo, **self.facts)
 
     @property
     def forbids(self) -> bool:
@@ -105,6 +106,14 @@ def judge(servo: int, at: dict[str, int]) -> list[Found]:
     rows = [row for row in CONDITIONS if all(name in at for name in row.needs)]
     facts = [(row, row.found(servo, at)) for row in rows]
     return [Found(row, servo, fact) for row, fact in facts if fact is not None]
+
+
+def sentences(found: Iterable[Found]) -> list[str]:
+    """What is the case and what to do about it: servos with the same remedy in one."""
+    symptoms: dict[str, list[str]] = {}
+    for one in found:
+        symptoms.setdefault(one.remedy, []).append(one.symptom)
+    return [f"{'; '.join(each)}. {remedy}" for remedy, each in symptoms.items()]
 
 
 def registers(bus: Bus, servos) -> dict[int, dict[str, int]]:

@@ -11,7 +11,6 @@ from ...errors import (
     PortLost,
     ServoFault,
     ServoRefused,
-    WrongServo,
 )
 from ..dynamixel import packet as pk
 from ..fault_table import hardware_words
@@ -29,8 +28,6 @@ def explain(error: OmxError) -> list[Finding]:
         return [hardware(servo, bits) for servo, bits in error.faults.items()]
     if isinstance(error, ServoRefused) and error.code in _REFUSED:
         return [find(_REFUSED[error.code], error.servo, text=str(error))]
-    if isinstance(error, WrongServo):
-        return [find("wrong_model", servo, model=model) for servo, model in error.found.items()]
     if isinstance(error, BusTimeout):
         return [find("lost", error.missing[0], count=1, asked=1, ids=f"servo {error.missing[0]}")]
     if isinstance(error, BusCorrupt):

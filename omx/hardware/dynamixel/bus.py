@@ -10,10 +10,20 @@ from collections import deque
 from operator import index
 from typing import NamedTuple
 
-from ...errors import BadInput, BusCorrupt, BusTimeout, PortLost, ReadOnly, ServoFault, ServoRefused, WrongServo
+from ...arrays import shown
+from ...errors import (
+    BadInput,
+    BusCorrupt,
+    BusTimeout,
+    PortBusy,
+    PortLost,
+    ReadOnly,
+    ServoFault,
+    ServoRefused,
+)
 from . import packet as pk
 from .packet import Instruction as Do
-from .registers import PRESENT, REGISTERS, Block, Register, block, hardware_errors, register
+from .registers import PRESENT, Block, Register, block, hardware_errors, register
 from .sdk import Damage, Port, Protocol, Silence
 from .trace import Transaction
 
@@ -43,9 +53,13 @@ class Bus:
 
     def __init__(self, port, baud: int = 1_000_000, history: int = 1000):
         self._port = Port(port) if isinstance(port, str) else port
+        if not isinstance(self._port, Port):
+            raise BadInput(f"`port` is a name, such as '/dev/ttyUSB0' or 'COM5', or a Port; got {shown(port)}.")
+        if self._port.is_open:
+            raise PortBusy(self.name, "another bus of this program has this very port. Close that one first")
         self._protocol = Protocol()
         self._lock = threading.RLock()
-        self._stale = self._asking = False
+        self._stale, self._asking = False, 0
         self.history: deque[Transaction] = deque(maxlen=history)
         self.alerts: set[int] = set()
         self.strays = 0
@@ -77,8 +91,8 @@ class Bus:
 
     @property
     def asking(self) -> bool:
-        """True in the middle of a transaction."""
-        return self._asking
+        """True in the middle of a transaction of this very thread; those of other threads are waited for."""
+        return self._asking == threading.get_ident()
 
     def refuse_if_read_only(self, doing: str):
         """Raise ReadOnly if nothing but questions may go over this port."""
@@ -196,12 +210,6 @@ class Bus:
 
     # ---- what is wrong with them ----
 
-    def check_model(self, servos, model: int = REGISTERS["model_number"].default):
-        """Raise WrongServo if any of these is not the arm's model."""
-        found = {servo: got for servo in _ids(servos) if (got := self.ping(servo).model) != model}
-        if found:
-            raise WrongServo(self.name, found, model)
-
     def check_hardware(self, servos):
         """Raise ServoFault if any of these servos reports a hardware error."""
         self._raise_faults(self.read_all(servos, "hardware_error"))
@@ -220,7 +228,7 @@ class Bus:
         with self._lock:
             if not self._port.is_open:
                 raise PortLost(self.name, "the port is closed. Call reopen(), or make a new connection.")
-            if self._stale and wanted and instruction != Do.PING:
+            if (self._stale or self._asking) and wanted and instruction != Do.PING:
                 self._catch_up(wanted[0][0])
             answers = self._exchange(to, instruction, params, wanted, doing)
         for answer in answers:
@@ -229,15 +237,16 @@ class Bus:
         return answers
 
     def _catch_up(self, servo: int):
-        """After a failure an answer may still be under way, and would be taken for the next one.
+        """After a failure, or in the middle of another transaction, as in a signal's handler, an answer may still be
+        under way, and would be taken for the next one.
 
         Answers come in order, and the answer to a ping cannot be mistaken: once it is here, the late ones have passed.
         """
         self._exchange(servo, Do.PING, b"", [(servo, 3)], "answer a ping")
 
     def _exchange(self, to, instruction, params, wanted, doing) -> list[Answer]:
-        port, began, fault = self._port, self.clock.now(), None
-        self._asking = True
+        port, began, fault, before = self._port, self.clock.now(), None, self._asking
+        port.is_using, self._asking = False, threading.get_ident()
         try:
             self.strays += bool(port.getBytesAvailable()) if wanted else 0
             self._protocol.send(port, to, instruction, params, sum(size + 11 for _, size in wanted))
@@ -248,7 +257,7 @@ class Bus:
             fault = error
             raise
         finally:
-            port.is_using = self._asking = False
+            port.is_using, self._asking = False, before
             self._stale = self._stale or fault is not None
             spent = self.clock.now() - began
             trouble = f"{type(fault).__name__}: {fault}" if fault else ""

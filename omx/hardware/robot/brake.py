@@ -23,11 +23,13 @@ class Brake:
         self.arrival = self.clock.now()
         self.holding = False
         self.why: str | None = None
+        self.stops = 0  # how often it was latched
 
     # ---- the latch ----
 
     def latch(self, why: str = "stopped") -> None:
         """From now on refuse every command. What came first stays the reason."""
+        self.stops += self.why is None
         self.why = self.why or why
 
     def resume(self) -> None:
@@ -38,6 +40,11 @@ class Brake:
         """Raise `Stopped` while it is latched."""
         if self.why is not None:
             raise Stopped(self.why)
+
+    def refuse_if_stopped_since(self, stops: int) -> None:
+        """Raise `Stopped` if it was latched after `stops` times, though it was resumed: what ran then has ended."""
+        if self.stops > stops:
+            raise Stopped(self.why or "stopped meanwhile")
 
     # ---- standing ----
 

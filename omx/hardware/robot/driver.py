@@ -20,6 +20,7 @@ from ...arm import (
     PARK_SPEED,
     STALL_TORQUE,
 )
+from ...arrays import as_number
 from ...errors import (
     BadInput,
     BusCorrupt,
@@ -31,6 +32,7 @@ from ...errors import (
     OmxError,
     PortLost,
     Stalled,
+    Stopped,
     TorqueOff,
 )
 from ..dynamixel import registers as reg
@@ -41,7 +43,7 @@ from ..safety import RAMP, Guard
 from . import gate
 from .brake import Brake
 from .discovery import Condition, look_over
-from .gripper import Gripper
+from .gripper import Grip, Gripper
 from .monitor import Monitor, Reading, Watch
 from .push_by_current import Pushing
 from .rescue import LOOK_S, Rescue, port_lost
@@ -62,12 +64,14 @@ class Driver:
     def __init__(
         self, bus: Bus, guard: Guard | None = None, *, idle_s: float | None = IDLE_S, offsets=(0.0, 0.0, 0.0, 0.0)
     ):
+        if idle_s is not None:
+            as_number(idle_s, "idle_s", "above 0 s, or None for never", 1e-3, math.inf)
         self.bus, self.guard, self.clock = bus, guard or Guard(), bus.clock
         self.condition: Condition = look_over(bus)
         if self.condition.problems:
             raise NotReady(bus.name, self.condition.problems)
         self.servos = Servos(bus, self.condition.registers, self._pwm(), self.guard.payload_g)
-        self.monitor = Monitor(bus, offsets)
+        self.monitor = Monitor(bus, offsets, self.condition.found)
         self.brake = Brake(self.servos, self.monitor)
         self.gripper = Gripper(self.servos)
         self.push = Pushing(self.servos, self.monitor, self.brake)
@@ -104,27 +108,31 @@ class Driver:
         """Set every servo up and switch it on where it stands: the goal becomes the present position first."""
         self.bus.refuse_if_read_only("switch its motors on")
         self.brake.refuse_if_latched()
-        with self.watcher.undisturbed():
-            self.halt()  # a joint that lags behind, on less power than it is about to get, would leap
-            self.torque, self.watcher.trouble = True, None  # from the first one on
-            self.brake.holding, self.mode, self.streamed = True, "position", None
-            self.servos.switch_on(self.rescue.ids)
+        self.watcher.alone(self._switch_on)
         for symptom in self.condition.left_behind:
             _log.warning("set back: %s.", symptom)
         self.condition.found.clear()
         self.watcher.begin()
 
+    def _switch_on(self) -> None:
+        self.halt()  # a joint that lags behind, on less power than it is about to get, would leap
+        self.torque, self.watcher.trouble = True, None  # from the first one on
+        self.brake.holding, self.mode, self.streamed = True, "position", None
+        self.servos.switch_on(self.rescue.ids)
+
     def relax(self) -> None:
         """Torque off: **the arm falls**. Support it first, or `park` instead."""
+        self.watcher.alone(self._switch_off)
+
+    def _switch_off(self) -> None:
         errors = []
-        with self.watcher.undisturbed():
-            for servo in self.rescue.ids:
-                try:
-                    self.servos.put(servo, "torque_enable", 0)
-                except BusError as error:
-                    errors.append(error)
-            self.torque, self.streamed = bool(errors), None
-            self.push.joints.clear()
+        for servo in self.rescue.ids:
+            try:
+                self.servos.put(servo, "torque_enable", 0)
+            except BusError as error:
+                errors.append(error)
+        self.torque, self.streamed = bool(errors), None
+        self.push.joints.clear()
         if errors:
             raise errors[0]
 
@@ -134,9 +142,8 @@ class Driver:
         A servo that reboots is limp for half a second: support the arm. Returns the ids of the servos rebooted.
         """
         self.bus.refuse_if_read_only("restart a servo")
-        with self.watcher.undisturbed():
-            faulty = self.rescue.recover(self.torque)
-            self.torque, self.watcher.trouble = any(self.servos.of_joints("torque_enable").values()), None
+        faulty = self.watcher.alone(self.rescue.recover, self.torque)
+        self.torque, self.watcher.trouble = any(self.servos.of_joints("torque_enable").values()), None
         self.watcher.begin()
         return faulty
 
@@ -200,7 +207,11 @@ class Driver:
 
     def _check_torque(self) -> None:
         """A motor that is off although we switched it on: an error, or a restart that nobody noticed."""
-        if self.torque and (off := self.rescue.off()):
+        if self.torque:
+            self.watcher.alone(self._catch_limp)
+
+    def _catch_limp(self) -> None:
+        if self.torque and (off := self.rescue.off()):  # another thread may have switched them off meanwhile
             self._fault()
             self.rescue.catch(off)
 
@@ -224,16 +235,23 @@ class Driver:
         """Someone did not answer twice: the others hold, and whoever is back after a restart is caught."""
         self.halt()
         if self.torque:
-            with self.watcher.undisturbed():
-                self.rescue.find(error)
+            self.watcher.alone(self.rescue.find, error)
             self._check_torque()
 
     # ---- stopping ----
 
     def stop(self) -> None:
-        """Hold at once, and refuse every command until `resume`. May be called from another thread."""
+        """Hold at once, fingers too, and refuse every command until `resume`. May be called from another thread."""
         self.brake.latch()
-        self.hold()
+        try:
+            self.hold()
+        finally:
+            self._still_fingers()
+
+    def _still_fingers(self) -> None:
+        if self.torque:
+            with contextlib.suppress(OmxError):
+                self.gripper.stand()
 
     def resume(self) -> None:
         """Allow commands again after a stop, a stall or an interrupt."""
@@ -250,16 +268,14 @@ class Driver:
     def stand(self) -> None:
         """Stop where the arm is, in whatever mode it is; it may push again from there."""
         if self.torque:
-            with self.watcher.undisturbed():
-                self.push.until = self.clock.now()  # if this fails, the watch tries again
-                self.brake.hold()
-                self.push.joints.clear()
+            self.push.until = self.clock.now()  # if this fails, the watch tries again
+            self.brake.hold()
+            self.push.joints.clear()
 
     def stiffen(self) -> None:
         """Back into position mode, joint by joint."""
         if self.torque:
-            with self.watcher.undisturbed():
-                self.servos.stiffen()
+            self.watcher.alone(self.servos.stiffen)
 
     def halt(self) -> None:
         """Hold on our own account, once; what fails then does not hide the reason for it."""
@@ -272,6 +288,8 @@ class Driver:
         if isinstance(error, KeyboardInterrupt):
             self.brake.latch("interrupted")
         self.halt()
+        if isinstance(error, (KeyboardInterrupt, Stopped)):
+            self._still_fingers()
         if isinstance(error, (BusTimeout, BusCorrupt)):
             with contextlib.suppress(OmxError):
                 self._silence(error)
@@ -295,22 +313,22 @@ class Driver:
         arm that moves is brought to rest first. Raises `JointLimit`, `Collision`, `TooFast`, `TorqueOff`, `Stopped`;
         then nothing was sent. Does not wait.
         """
-        self.ready("position")
-        return self._move(q, seconds, self.guard.speed_cap)
+        with self.commanding:
+            self.ready("position")
+            return self._move(q, seconds, self.guard.speed_cap)
 
     def _move(self, q, seconds: float | None, cap: float) -> tuple[tuple[float, ...], float]:
-        with self.commanding:
-            present = self.watch().q
-            goal = self.guard.check(q, present)
-            asked = gate.seconds(self.guard, present, goal, seconds, cap)
-            self.check_settings()
-            start = self.come_to_rest()
-            goal = self.guard.check(goal, start)
-            took = max(asked, gate.seconds(self.guard, start, goal, None, cap))
-            if seconds is not None and took > seconds and (outside := gate.outside(self.guard, start)):
-                joints = ", ".join(map(str, outside))
-                _log.warning("%s: the way back in takes %.1f s instead of %.1f s.", joints, took, seconds)
-            return self.send(goal, took, RAMP), took
+        present = self.watch().q
+        goal = self.guard.check(q, present)
+        asked = gate.seconds(self.guard, present, goal, seconds, cap)
+        self.check_settings()
+        start = self.come_to_rest()
+        goal = self.guard.check(goal, start)
+        took = max(asked, gate.seconds(self.guard, start, goal, None, cap))
+        if seconds is not None and took > seconds and (outside := gate.outside(self.guard, start)):
+            joints = ", ".join(map(str, outside))
+            _log.warning("%s: the way back in takes %.1f s instead of %.1f s.", joints, took, seconds)
+        return self.send(goal, took, RAMP), took
 
     def come_to_rest(self) -> tuple[float, ...]:
         """Where the joints' set-points stand (rad), once they do: a servo takes its old speed into a new motion."""
@@ -338,6 +356,7 @@ class Driver:
                 self.brake.sets_off(seconds)
                 self.servos.send(ticks, seconds, ramp, confirmed)
                 self.brake.sets_off(seconds)  # the program may have been held up in between
+                self.brake.refuse_if_latched()  # a signal's handler comes in spite of the lock
         except BaseException as error:  # an interrupt too: it may have set off
             self.broken_off(error)
             raise
@@ -355,8 +374,8 @@ class Driver:
         The set-points run straight to `q` and stand there: if the stream breaks off, nothing goes further. A step
         that is longer than the speed cap allows is refused; one that has to catch up takes its time.
         """
-        self.ready("position")
         with self.commanding:
+            self.ready("position")
             reading = self.watch()
             goal = self.guard.check(q, reading.q)
             if self.streamed is None or not self.brake.moving:
@@ -373,10 +392,12 @@ class Driver:
 
         An interrupt, or any error, makes the arm hold. Raises what `watch` raises.
         """
+        stops = self.brake.stops
         try:
             while True:
                 late = self.clock.now() - self.brake.arrival  # before the look, which may be held up
                 reading = self.watch()
+                self.brake.refuse_if_stopped_since(stops)
                 if late >= 0 and (max(map(abs, reading.speed)) < RESTING or late > patience_s):
                     return reading
                 self.clock.sleep(LOOK_S)
@@ -402,8 +423,11 @@ class Driver:
 
     def park(self) -> None:
         """Fold the arm slowly where it stands, then torque off. If the way is blocked it stays, torque on."""
-        if not self.torque:
-            return
+        with self.commanding:  # up to the end: nothing may set off between the rest pose and the torque
+            if self.torque:
+                self._park()
+
+    def _park(self) -> None:
         self.brake.refuse_if_latched()
         if self.mode != "position":
             self.hold()
@@ -439,7 +463,24 @@ class Driver:
         if not self.servos.get(GRIPPER_ID, "torque_enable"):
             again(self.bus.check_hardware, [GRIPPER_ID])
             self.rescue.catch([GRIPPER_ID])
-        self.gripper.close_to(servo_angle, force, seconds)
+        try:
+            with self.brake.lock:
+                self.brake.refuse_if_latched()
+                self.gripper.close_to(servo_angle, force, seconds)
+                self.brake.refuse_if_latched()
+        except (KeyboardInterrupt, Stopped) as error:
+            self.broken_off(error)
+            raise
+
+    def settle(self) -> Grip:
+        """Wait until the fingers stand, and look; raises `Stopped` if somebody stopped them."""
+        try:
+            found = self.gripper.settle()
+            self.brake.refuse_if_latched()
+        except (KeyboardInterrupt, Stopped) as error:
+            self.broken_off(error)
+            raise
+        return found
 
     # ---- small parts ----
 

@@ -40,9 +40,10 @@ def lead(driver: Driver, where: Callable[[], tuple[float, ...]], seconds: float,
     led, step_s = Led(), period(rate)
     most = driver.guard.speed_cap * step_s * SHARE
     try:
-        reading = driver.watch()
+        reading, stops = driver.watch(), driver.brake.stops
         sent = reading.aim
         for _ in ticks(seconds, rate, driver.clock):
+            driver.brake.refuse_if_stopped_since(stops)
             wanted = as_four(where(), "leader", "four joint angles in rad")
             goal = _within(sent, wanted, most)
             goal = _within(reading.q, goal, REACH)
