@@ -21,10 +21,9 @@ from ..arm import (
     WARN_DEGREES,
     WARN_VOLTS,
 )
-from ..errors import BusError
 from .dynamixel import registers as reg
 from .dynamixel import units
-from .dynamixel.bus import Bus
+from .dynamixel.bus import Bus, again
 
 #: The registers that the rows judge, in blocks of neighbours: one transaction each, whatever the number of servos.
 BLOCKS = (
@@ -120,11 +119,7 @@ def registers(bus: Bus, servos) -> dict[int, dict[str, int]]:
     """All that the rows judge, of `servos`: id -> name -> raw value. A lost answer is asked for again."""
     at: dict[int, dict[str, int]] = {servo: {} for servo in servos}
     for what in BLOCKS:
-        try:
-            found = bus.read_block(servos, what)
-        except BusError:
-            found = bus.read_block(servos, what)
-        for servo, values in found.items():
+        for servo, values in again(bus.read_block, servos, what).items():
             at[servo] |= {row.name: value for row, value in zip(what.registers, values, strict=True)}
     return at
 

@@ -4,6 +4,7 @@ import contextlib
 import threading
 
 from ...errors import BusCorrupt, BusError, BusTimeout, Stopped
+from ..dynamixel.bus import for_each
 from .monitor import Monitor
 from .servo_group import HOLD_S, JOINTS, MOTION_PUSHED, Servos
 
@@ -70,14 +71,7 @@ class Brake:
                 with contextlib.suppress(BusError):
                     self.servos.stand()
                 raise
-            failed = []  # one of them is in trouble: each by itself, so that the others stand
-            for servo in JOINTS:
-                try:
-                    self._stand(servo)
-                except BusError as error:
-                    failed.append(error)
-        if failed:
-            raise failed[0]
+            for_each(JOINTS, self._stand)  # one of them is in trouble: each by itself, so that the others stand
 
     def _stand(self, servo: int) -> None:
         """Hold one joint. If it does not answer it may still hear: it is told to stay where it was seen last."""

@@ -37,7 +37,7 @@ from ...errors import (
 )
 from ..dynamixel import registers as reg
 from ..dynamixel import units
-from ..dynamixel.bus import Bus
+from ..dynamixel.bus import Bus, again, for_each
 from ..fault_table import judge, registers
 from ..safety import RAMP, Guard
 from . import gate
@@ -47,7 +47,7 @@ from .gripper import Grip, Gripper
 from .monitor import Monitor, Reading, Watch
 from .push_by_current import Pushing
 from .rescue import LOOK_S, Rescue, port_lost
-from .servo_group import HOLD_SLACK, JOINTS, Servos, again
+from .servo_group import HOLD_SLACK, JOINTS, Servos
 
 RESTING = math.radians(2.0)  # rad/s
 
@@ -116,7 +116,8 @@ class Driver:
 
     def _switch_on(self) -> None:
         self.halt()  # a joint that lags behind, on less power than it is about to get, would leap
-        self.torque, self.watcher.trouble = True, None  # from the first one on
+        self.torque = True  # from the first one on
+        self.watcher.troubles.clear()
         self.brake.holding, self.mode, self.streamed = True, "position", None
         self.servos.switch_on(self.rescue.ids)
 
@@ -125,16 +126,9 @@ class Driver:
         self.watcher.alone(self._switch_off)
 
     def _switch_off(self) -> None:
-        errors = []
-        for servo in self.rescue.ids:
-            try:
-                self.servos.put(servo, "torque_enable", 0)
-            except BusError as error:
-                errors.append(error)
-        self.torque, self.streamed = bool(errors), None
+        for_each(self.rescue.ids, lambda servo: self.servos.put(servo, "torque_enable", 0))
+        self.torque, self.streamed = False, None
         self.push.joints.clear()
-        if errors:
-            raise errors[0]
 
     def recover(self) -> list[int]:
         """Reboot each servo that reports a hardware error, and switch on again, where it stands, what has no torque.
@@ -143,7 +137,8 @@ class Driver:
         """
         self.bus.refuse_if_read_only("restart a servo")
         faulty = self.watcher.alone(self.rescue.recover, self.torque)
-        self.torque, self.watcher.trouble = any(self.servos.of_joints("torque_enable").values()), None
+        self.torque = any(self.servos.of_joints("torque_enable").values())
+        self.watcher.troubles.clear()
         self.watcher.begin()
         return faulty
 
@@ -255,7 +250,7 @@ class Driver:
 
     def resume(self) -> None:
         """Allow commands again after a stop, a stall or an interrupt."""
-        self.watcher.trouble = None
+        self.watcher.troubles.clear()
         self.brake.resume()
 
     def hold(self) -> None:
@@ -293,6 +288,15 @@ class Driver:
         if isinstance(error, (BusTimeout, BusCorrupt)):
             with contextlib.suppress(OmxError):
                 self._silence(error)
+
+    @contextlib.contextmanager
+    def unbroken(self):
+        """Whatever ends early in here, by an error or an interrupt, makes the arm hold."""
+        try:
+            yield
+        except BaseException as error:
+            self.broken_off(error)
+            raise
 
     @property
     def stopped(self) -> str | None:
@@ -349,17 +353,13 @@ class Driver:
         offsets = self.monitor.offsets
         readings = [angle - offset for angle, offset in zip(goal, offsets, strict=True)]
         ticks = {servo: units.POSITION.raw(angle) for servo, angle in zip(JOINTS, readings, strict=True)}
-        try:
-            with self.brake.lock:
-                self.brake.refuse_if_latched()
-                self.watcher.ask()
-                self.brake.sets_off(seconds)
-                self.servos.send(ticks, seconds, ramp, confirmed)
-                self.brake.sets_off(seconds)  # the program may have been held up in between
-                self.brake.refuse_if_latched()  # a signal's handler comes in spite of the lock
-        except BaseException as error:  # an interrupt too: it may have set off
-            self.broken_off(error)
-            raise
+        with self.unbroken(), self.brake.lock:
+            self.brake.refuse_if_latched()
+            self.watcher.ask()
+            self.brake.sets_off(seconds)
+            self.servos.send(ticks, seconds, ramp, confirmed)
+            self.brake.sets_off(seconds)  # the program may have been held up in between
+            self.brake.refuse_if_latched()  # a signal's handler comes in spite of the lock
         self.watcher.begin()
         return tuple(units.POSITION.value(ticks[servo]) + a for servo, a in zip(JOINTS, offsets, strict=True))
 
@@ -393,7 +393,7 @@ class Driver:
         An interrupt, or any error, makes the arm hold. Raises what `watch` raises.
         """
         stops = self.brake.stops
-        try:
+        with self.unbroken():
             while True:
                 late = self.clock.now() - self.brake.arrival  # before the look, which may be held up
                 reading = self.watch()
@@ -401,9 +401,6 @@ class Driver:
                 if late >= 0 and (max(map(abs, reading.speed)) < RESTING or late > patience_s):
                     return reading
                 self.clock.sleep(LOOK_S)
-        except BaseException as error:
-            self.broken_off(error)
-            raise
 
     def arrive(self, goal) -> Reading:
         """Wait for a move to `goal` (rad) to end; raises `NotArrived` if a joint is not there then, with the cause."""
@@ -431,21 +428,18 @@ class Driver:
         self.brake.refuse_if_latched()
         if self.mode != "position":
             self.hold()
-        known, self.watcher.trouble = self.watcher.trouble, None  # said already, and parking is what helps
+        known, self.watcher.troubles = self.watcher.troubles, []  # said already, and parking is what helps
         self.watcher.folding = True
         try:
-            with self._rescuing():
+            with self.unbroken(), self._rescuing():
                 self.check_settings()
                 for goal in gate.way_to_rest(self.guard, self.come_to_rest()):
                     sent, _ = self._move(goal, None, min(PARK_SPEED, self.guard.speed_cap))
                     self.arrive(sent)  # from anywhere else it would fall
                 self.relax()
-        except BaseException as error:
-            self.broken_off(error)
-            raise
         finally:
             self.watcher.folding = False
-            self.watcher.trouble = self.watcher.trouble or known
+            self.watcher.troubles = known + self.watcher.troubles
 
     # ---- gripper ----
 

@@ -39,7 +39,7 @@ def lead(driver: Driver, where: Callable[[], tuple[float, ...]], seconds: float,
     """
     led, step_s = Led(), period(rate)
     most = driver.guard.speed_cap * step_s * SHARE
-    try:
+    with driver.unbroken():
         reading, stops = driver.watch(), driver.brake.stops
         sent = reading.aim
         for _ in ticks(seconds, rate, driver.clock):
@@ -55,9 +55,6 @@ def lead(driver: Driver, where: Callable[[], tuple[float, ...]], seconds: float,
                 continue
             sent, led.sent = goal, led.sent + 1
             led.lag = max(led.lag, *(abs(a - b) for a, b in zip(reading.q, wanted, strict=True)))
-    except BaseException as error:
-        driver.broken_off(error)
-        raise
     driver.wait()
     return led
 

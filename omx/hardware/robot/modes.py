@@ -83,13 +83,10 @@ def _push(driver: Driver, reading: Reading, milliamps: dict[int, float]) -> tupl
         raise ends
     if driver.push and driver.push.joints != set(milliamps):
         driver.stand()
-    try:
+    with driver.unbroken():
         if not driver.servos.soft.issuperset(milliamps):
             soften(driver, milliamps)
         pushed = driver.push.push(milliamps)
-    except BaseException as error:
-        driver.broken_off(error)
-        raise
     driver.watcher.begin()
     return pushed
 

@@ -15,10 +15,10 @@ from ...errors import NotReady, OmxError, OutOfBounds, Stalled, TooFast
 from .. import gravity
 from ..dynamixel import registers as reg
 from ..dynamixel import units
-from ..dynamixel.bus import Bus
+from ..dynamixel.bus import Bus, again
 from ..fault_table import HEALTH, Found, judge, sentences
 from ..safety import Guard, stalled
-from .servo_group import JOINTS, again
+from .servo_group import JOINTS
 
 STALL_S = 0.15
 HEALTH_S = 1.0
@@ -136,7 +136,7 @@ class Watch:
         self._driver, self._clock, self._idle_s = weakref.ref(driver), driver.bus.clock, idle_s
         self._turn, self._due = 0, math.inf
         self._asked_at, self._alone, self._busy = self._clock.now(), threading.RLock(), False
-        self.trouble: OmxError | None = None  # what it met, until somebody asks
+        self.troubles: list[OmxError] = []  # what it met, one of a kind, until somebody asks
         self.folding = False  # while the arm parks heat is no reason to stop: the motors are about to go off
         self.hot = False
 
@@ -145,10 +145,9 @@ class Watch:
         self._asked_at = self._clock.now()
 
     def ask(self) -> None:
-        """Raise what it met, once."""
-        if self.trouble:
-            trouble, self.trouble = self.trouble, None
-            raise trouble
+        """Raise what it met first, once."""
+        if self.troubles:
+            raise self.troubles.pop(0)
 
     def alone(self, change: Callable, *args):
         """`change(*args)`, which decides what motors are on: one thread after the other, and no look in between."""
@@ -187,8 +186,8 @@ class Watch:
         try:
             driver.glance()
         except OmxError as error:
-            if self.trouble is None:
-                self.trouble = error
+            if type(error) not in map(type, self.troubles):
+                self.troubles.append(error)
                 _log.warning("%s", error)
         patience = HOT_IDLE_S if self.hot else math.inf if self._idle_s is None else self._idle_s
         if self._clock.now() - self._asked_at > patience and not (driver.stopped or driver.moving):

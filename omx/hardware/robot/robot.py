@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ...arm import CLOSED_DEG, GRIP_FORCE, HOME, IDLE_S, OPEN_DEG
-from ...arrays import as_four
+from ...arrays import as_four, as_number
 from ...dh import Chain, DHRow
 from ...errors import BadInput, OmxError
 from ...geometry import COURSE, Geometry
@@ -108,9 +108,7 @@ class Robot:
 
     def write_time(self, seconds: float) -> None:
         """How long each following `write_joints` takes, in s."""
-        if not (isinstance(seconds, (int, float)) and math.isfinite(seconds) and 0 < seconds <= 32):
-            raise BadInput(f"`seconds` must be a number above 0 and at most 32; got {seconds!r}.")
-        self._seconds = float(seconds)
+        self._seconds = as_number(seconds, "seconds", "a number above 0 and at most 32", 1e-3, 32)
 
     def write_joints(self, q_deg) -> np.ndarray:
         """Send the joints on their way to four angles (deg), and return at once with those really sent (ticks).
@@ -261,17 +259,13 @@ class Robot:
         return self._record(self.driver.watch, seconds, path, rate, progress, notes)
 
     def _record(self, look: Callable[[], Reading], seconds, path, rate, progress, notes) -> Log:
-        with Recorder(path, COLUMNS, self.geometry, **notes) as recorder:
-            try:
-                for i, t in enumerate(self.ticks(seconds, rate)):
-                    self._sample(recorder, look(), t)
-                    if progress and i % 10 == 0:
-                        progress(min(t / seconds, 1.0) if seconds else 1.0)
-                if progress:
-                    progress(1.0)
-            except BaseException as error:
-                self.driver.broken_off(error)
-                raise
+        with Recorder(path, COLUMNS, self.geometry, **notes) as recorder, self.driver.unbroken():
+            for i, t in enumerate(self.ticks(seconds, rate)):
+                self._sample(recorder, look(), t)
+                if progress and i % 10 == 0:
+                    progress(min(t / seconds, 1.0) if seconds else 1.0)
+            if progress:
+                progress(1.0)
         return recorder.log
 
     def _sample(self, recorder: Recorder, reading: Reading, t: float) -> None:

@@ -9,11 +9,10 @@ import math
 from typing import NoReturn
 
 from ...arm import GRIPPER_ID, JOINT_IDS
-from ...errors import BusCorrupt, BusError, BusTimeout, ServoRefused
+from ...errors import BusError, ServoRefused
 from ..dynamixel import registers as reg
 from ..dynamixel import units
-from ..dynamixel.bus import Bus
-from ..dynamixel.packet import CRC_ERROR
+from ..dynamixel.bus import Bus, again, for_each
 from ..fault_table import MENDS
 from ..gravity import sagged
 
@@ -40,16 +39,6 @@ SETTINGS = (
     WATCHDOG,
 )
 JOINTS = JOINT_IDS
-
-
-def again(call, *args, times: int = 2):
-    """`call(*args)`, up to `times` times while it, or its answer, is lost or damaged. For what does no harm twice."""
-    for left in reversed(range(times)):
-        try:
-            return call(*args)
-        except (BusTimeout, BusCorrupt, ServoRefused) as error:
-            if not left or (isinstance(error, ServoRefused) and error.code != CRC_ERROR):
-                raise
 
 
 class Servos:
@@ -182,14 +171,7 @@ class Servos:
 
     def stiffen(self) -> None:
         """The joints that are not in position mode back into it; what fails is raised when all have been tried."""
-        failed = []
-        for servo in sorted(self.soft):
-            try:
-                self.set_up(servo, "position", on=True)
-            except BusError as error:
-                failed.append(error)
-        if failed:
-            raise failed[0]
+        for_each(sorted(self.soft), lambda servo: self.set_up(servo, "position", on=True))
 
     def within_limits(self, servo: int, position: int) -> int:
         """`position`, or the nearest that the servo takes as a goal."""

@@ -25,16 +25,13 @@ def follow(driver: Driver, trajectory, rate: float, each: Callable[[Reading, flo
     step_s = period(rate)
     _look_through(driver, trajectory)
     last, stops = 0.0, driver.brake.stops
-    try:
+    with driver.unbroken():
         for t in _along(trajectory.seconds, rate, driver.clock):
             driver.brake.refuse_if_stopped_since(stops)
             reading = driver.stream_to(trajectory.at(t + LEAD * step_s), max(t - last, step_s) + step_s)
             last = t
             if each:
                 each(reading, t)
-    except BaseException as error:
-        driver.broken_off(error)
-        raise
     driver.wait()
 
 

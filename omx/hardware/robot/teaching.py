@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from ...arrays import as_number
 from ...errors import BadInput
 from ...motion.trajectory import Trajectory
 from ..log import Log
@@ -33,8 +34,7 @@ def trajectory(log: Log, speed: float = 1.0) -> Trajectory:
 
     Smoothed over `SMOOTH_S` of the recording: at either end the arm takes half of that to speed up, and to slow down.
     """
-    if not (isinstance(speed, (int, float)) and math.isfinite(speed) and speed > 0):
-        raise BadInput(f"`speed` must be a positive number, 1 for as fast as it was taught; got {speed!r}.")
+    speed = as_number(speed, "speed", "a positive number, 1 for as fast as it was taught", 1e-3)
     t, q = log["t"], np.radians(log.array(*JOINTS))
     if {log.units[joint] for joint in JOINTS} != {"deg"}:
         raise BadInput("the log's angles must be in deg: a heading is `q1 (deg)`.")
