@@ -249,19 +249,6 @@ class ServoFault(BusError):
         )
 
 
-class WrongServo(BusError):
-    """Servos that are not the arm's model: `found` maps id to its model number."""
-
-    def __init__(self, port: str, found: dict[int, int], wanted: int):
-        self.found, self.wanted = dict(found), wanted
-        told = ", ".join(f"servo {servo} is model {model}" for servo, model in found.items())
-        super().__init__(
-            port,
-            f"{told}; the OpenMANIPULATOR-X has model {wanted} (XM430-W350). Is this another arm, or was another "
-            f"servo built in?",
-        )
-
-
 class PathBlocked(OmxError):
     """A straight line that the arm cannot follow: `fraction` of the way done, `reached` the last good `Pose`.
 
@@ -407,13 +394,17 @@ class OutOfBounds(OmxError):
 
 
 class ObjectLost(OmxError):
-    """The gripper held something and holds it no more. `before` and `now` are the openings of its pads (mm)."""
+    """The gripper held something and holds it no more. `before` and `now` are the openings of its pads (mm).
 
-    def __init__(self, before: float, now: float):
-        self.before, self.now = before, now
+    `limp`: its motor is off, though nobody switched it off.
+    """
+
+    def __init__(self, before: float, now: float, limp: bool = False):
+        self.before, self.now, self.limp = before, now, limp
+        why = " Its motor is off: servo 15 restarted, or gave up." if limp else ""
         super().__init__(
-            f"the gripper has lost what it held: its pads were {before:.1f} mm apart and are {now:.1f} mm. The arm "
-            "holds. Grip it again, with more force if it slipped."
+            f"the gripper has lost what it held: its pads were {before:.1f} mm apart and are {now:.1f} mm.{why} The "
+            "arm holds. Grip it again, with more force if it slipped."
         )
 
 

@@ -3,7 +3,7 @@ programs left behind, and warns; the doctor tells the same rows. Reads only.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 from ..arm import (
@@ -21,10 +21,9 @@ from ..arm import (
     WARN_DEGREES,
     WARN_VOLTS,
 )
-from ..errors import BusError
 from .dynamixel import registers as reg
 from .dynamixel import units
-from .dynamixel.bus import Bus
+from .dynamixel.bus import Bus, again
 
 #: The registers that the rows judge, in blocks of neighbours: one transaction each, whatever the number of servos.
 BLOCKS = (
@@ -80,14 +79,15 @@ class Found(NamedTuple):
     servo: int
     facts: dict
 
-    def __str__(self) -> str:
-        row = self.condition
-        return f"{row.symptom}. {row.remedy}".format(servo=self.servo, **self.facts)
-
     @property
     def symptom(self) -> str:
         """What is the case, in words."""
         return self.condition.symptom.format(servo=self.servo, **self.facts)
+
+    @property
+    def remedy(self) -> str:
+        """What to do about it."""
+        return self.condition.remedy.format(servo=self.servo, **self.facts)
 
     @property
     def forbids(self) -> bool:
@@ -107,15 +107,19 @@ def judge(servo: int, at: dict[str, int]) -> list[Found]:
     return [Found(row, servo, fact) for row, fact in facts if fact is not None]
 
 
+def sentences(found: Iterable[Found]) -> list[str]:
+    """What is the case and what to do about it: servos with the same remedy in one."""
+    symptoms: dict[str, list[str]] = {}
+    for one in found:
+        symptoms.setdefault(one.remedy, []).append(one.symptom)
+    return [f"{'; '.join(each)}. {remedy}" for remedy, each in symptoms.items()]
+
+
 def registers(bus: Bus, servos) -> dict[int, dict[str, int]]:
     """All that the rows judge, of `servos`: id -> name -> raw value. A lost answer is asked for again."""
     at: dict[int, dict[str, int]] = {servo: {} for servo in servos}
     for what in BLOCKS:
-        try:
-            found = bus.read_block(servos, what)
-        except BusError:
-            found = bus.read_block(servos, what)
-        for servo, values in found.items():
+        for servo, values in again(bus.read_block, servos, what).items():
             at[servo] |= {row.name: value for row, value in zip(what.registers, values, strict=True)}
     return at
 

@@ -7,7 +7,8 @@ formula is that of the chapter on weight.
 from math import cos, sin
 
 from ..arm import FOREARM, GRAVITY, HOLDING_MA, STIFFNESS, TORQUE_PER_MA, UPPER_ARM, WRIST
-from ..errors import BadInput, TooHeavy
+from ..arrays import as_number
+from ..errors import TooHeavy
 from ..generated import gravity
 from ..geometry import MAKER
 
@@ -48,9 +49,7 @@ def sagged(q, payload_g: float = 0.0) -> tuple[float, float, float, float]:
 
 def payload(grams) -> float:
     """`grams` as a number, if the arm may carry that much at all; raises `BadInput`."""
-    if not (isinstance(grams, (int, float)) and 0 <= grams <= MOST_GRAMS):
-        raise BadInput(f"`payload_g` must be 0 .. {MOST_GRAMS:.0f} g, what the maker allows; got {grams!r}.")
-    return float(grams)
+    return as_number(grams, "payload_g", f"0 .. {MOST_GRAMS:.0f} g, what the maker allows", 0, MOST_GRAMS)
 
 
 def check_payload(way, payload_g: float, start=None) -> None:

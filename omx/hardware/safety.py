@@ -5,8 +5,7 @@ ever clamped in silence.
 """
 
 from dataclasses import dataclass
-from math import ceil, isfinite, pi, radians
-from numbers import Real
+from math import ceil, pi, radians
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from ..arm import (
     SPEED_CAP,
     STALL_TORQUE,
 )
-from ..arrays import as_four, as_rows
+from ..arrays import as_four, as_number, as_rows
 from ..collision import gaps
 from ..dh import clipped, limit_violations
 from ..errors import BadInput, Collision, JointLimit, TooFast
@@ -62,23 +61,16 @@ class Guard:
             raise BadInput(f"`limits` must be four pairs (low, high) within -pi .. pi rad; got {limits}.")
         object.__setattr__(self, "limits", tuple(map(tuple, limits)))
         narrowest = min(high - low for low, high in limits)
-        if not _number(self.margin) or not 0 <= 2 * self.margin < narrowest:
-            raise BadInput(
-                f"`margin` must be 0 or more, in rad, and leave something of the narrowest limits "
-                f"({narrowest:.2f} rad); got {self.margin!r}."
-            )
-        if self.table is not None and not _number(self.table):
-            raise BadInput(f"`table` must be a height in mm, or None for no table; got {self.table!r}.")
-        if not _number(self.speed_cap) or not 0 < self.speed_cap <= NO_LOAD_SPEED:
-            raise BadInput(
-                f"`speed_cap` must be above 0 and at most {NO_LOAD_SPEED:.2f} rad/s, the motors' own speed; got "
-                f"{self.speed_cap!r}."
-            )
+        most = f"0 or more, in rad, and leave something of the narrowest limits ({narrowest:.2f} rad)"
+        as_number(self.margin, "margin", most, 0, 0.499 * narrowest)
+        if self.table is not None:
+            as_number(self.table, "table", "a height in mm, or None for no table")
+        fastest = f"above 0 and at most {NO_LOAD_SPEED:.2f} rad/s, the motors' own speed"
+        as_number(self.speed_cap, "speed_cap", fastest, 1e-6, NO_LOAD_SPEED)
         if not isinstance(self.geometry, Geometry):
             raise BadInput(f"`geometry` must be a Geometry, such as omx.COURSE; got {self.geometry!r}.")
         gravity.payload(self.payload_g)
-        if not _number(self.payload_mm) or not 0 <= self.payload_mm <= MOST_MM:
-            raise BadInput(f"`payload_mm` must be 0 .. {MOST_MM:.0f} mm from the tool; got {self.payload_mm!r}.")
+        as_number(self.payload_mm, "payload_mm", f"0 .. {MOST_MM:.0f} mm from the tool", 0, MOST_MM)
 
     @property
     def soft_limits(self) -> tuple[tuple[float, float], ...]:
@@ -124,8 +116,7 @@ class Guard:
         fewest = max(ways) / self.speed_cap
         if seconds is None:
             return fewest
-        if not (_number(seconds) and seconds > 0):
-            raise BadInput(f"`seconds` must be a positive number; got {seconds}.")
+        as_number(seconds, "seconds", "a positive number", 1e-9)
         if seconds < fewest * (1 - 1e-9):
             joint = ways.index(max(ways)) + 1
             raise TooFast(f"q{joint}", max(ways) / seconds, self.speed_cap, fewest)
@@ -171,7 +162,3 @@ def _way(start, goal) -> np.ndarray:
     start, goal = np.array(start), np.array(goal)
     count = max(1, ceil(np.abs(goal - start).max() / STEP))
     return start + (goal - start) * np.arange(1, count + 1)[:, None] / count
-
-
-def _number(value) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool) and isfinite(value)

@@ -36,7 +36,6 @@ MADE = [
     errors.BusCorrupt("/dev/x", "read", 12, b"abc"),
     errors.ServoRefused("/dev/x", "move", 12, 7, "busy"),
     errors.ServoFault("/dev/x", {12: 4}, {12: ["hot"]}),
-    errors.WrongServo("/dev/x", {12: 30}, 1020),
     errors.ServoRestarted("/dev/x", (12,), True),
     errors.PathBlocked(0.5, omx.Pose(1, 2, 3, 4), (0, 1, 2, 3), errors.BadInput("why")),
     errors.NotIdentifiable(["L1", "o1"]),

@@ -15,7 +15,7 @@ import serial
 import omx
 from omx import errors
 from omx.arm import ARM_IDS, JOINT_IDS
-from omx.hardware.doctor import doctor, explain
+from omx.hardware.doctor import doctor
 from omx.hardware.doctor.__main__ import main
 from omx.hardware.doctor.diagnoses import ILLNESSES
 from omx.hardware.doctor.report import Report, find
@@ -363,29 +363,11 @@ def test_several_illnesses_are_all_found():
     assert wrong(report) >= {"servo_missing", "hot", "weak_voltage", "wrong_model"}
 
 
-# ---- errors explained ----
-
-
-def raised(servo, name, value, **settings):
-    with Bus(VirtualPort(VirtualArm(settings={servo: settings}), clock=SteppedClock())) as bus:
-        with pytest.raises(errors.BusError) as caught:
-            bus.write(servo, name, value)
-        return [finding.key for finding in explain(caught.value)]
-
-
 def test_what_several_servos_share_is_told_once_in_the_order_of_their_ids():
     told = str(examined(("low_voltage", {"value": 10.5}))).splitlines()
     first = next(i for i, line in enumerate(told) if "has only" in line)
     assert [line.split()[2] for line in told[first : first + 5]] == list(map(str, ARM_IDS))
     assert told[first + 5].strip().startswith("why:")
-
-
-def test_refusals_are_explained():
-    assert raised(12, "drive_mode", 4, torque_enable=1) == ["access"]
-    assert raised(12, "goal_position", 3000, max_position_limit=2500) == ["data_limit"]
-    assert raised(12, "goal_position", 2000, bus_watchdog=255) == ["data_range"]
-    assert raised(12, "torque_enable", 1, hardware_error=0x20) == ["hardware_error"]
-    assert explain(errors.BadInput("x")) == []
 
 
 # ---- the SDK ----

@@ -12,7 +12,7 @@ def test_rounds_of_moving_logging_and_dragging_end_where_they_began(tmp_path):
     assert found.missed == 0
     assert len(read_log(tmp_path / "a.csv")) == found.taken
     assert found.drift < 0.1
-    assert found.growth < 10e6
+    assert found.growth < 2e6
     assert max(found.late) < 0.02
 
 

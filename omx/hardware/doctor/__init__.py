@@ -6,7 +6,6 @@ doctor("/dev/ttyUSB0")      # or a Bus, a Port, or a Robot that is open
 """
 
 from .examination import doctor
-from .explanations import explain
 from .report import Finding, Report
 
-__all__ = ["Finding", "Report", "doctor", "explain"]
+__all__ = ["Finding", "Report", "doctor"]

@@ -187,14 +187,6 @@ ILLNESSES: dict[str, tuple[str, str, str, str | dict[str, str]]] = {
         "so they come from the factory (return delay, register 9)",
         "Nothing need be done; 0 saves half a millisecond a servo: write it with the torque off.",
     ),
-    # ---- what a servo said ----
-    "access": ("fault", "servo {servo} answers with an access error", "{text}",
-               "Torque off first: the EEPROM (addresses below 64) is locked while the motor is on; the arm falls, so "
-               "park it before. Some registers can only be read."),
-    "data_limit": ("fault", "servo {servo} answers with a data limit error", "{text}",
-                   "Look at its limits (registers 36 to 52), or ask for less."),
-    "data_range": ("fault", "servo {servo} answers with a data range error", "{text}",
-                   "Is the value possible? After a tripped watchdog write 0 to 'bus_watchdog' first."),
     # ---- what one servo is, and how it is set ----
     **{row.key: (row.level, row.symptom, row.cause, row.remedy) for row in CONDITIONS},
 }  # fmt: skip

@@ -10,15 +10,11 @@ from ...errors import (
     PortError,
     PortLost,
     ServoFault,
-    ServoRefused,
-    WrongServo,
 )
-from ..dynamixel import packet as pk
 from ..fault_table import hardware_words
 from .report import Finding, find
 
 _PORT = {errno.EACCES: "no_permission", errno.ENOENT: "port_absent", errno.EBUSY: "port_busy"}
-_REFUSED = {pk.ACCESS: "access", pk.DATA_LIMIT: "data_limit", pk.DATA_RANGE: "data_range"}
 
 
 def explain(error: OmxError) -> list[Finding]:
@@ -27,10 +23,6 @@ def explain(error: OmxError) -> list[Finding]:
         return [_port(error)]
     if isinstance(error, ServoFault):
         return [hardware(servo, bits) for servo, bits in error.faults.items()]
-    if isinstance(error, ServoRefused) and error.code in _REFUSED:
-        return [find(_REFUSED[error.code], error.servo, text=str(error))]
-    if isinstance(error, WrongServo):
-        return [find("wrong_model", servo, model=model) for servo, model in error.found.items()]
     if isinstance(error, BusTimeout):
         return [find("lost", error.missing[0], count=1, asked=1, ids=f"servo {error.missing[0]}")]
     if isinstance(error, BusCorrupt):

@@ -10,10 +10,21 @@ from collections import deque
 from operator import index
 from typing import NamedTuple
 
-from ...errors import BadInput, BusCorrupt, BusTimeout, PortLost, ReadOnly, ServoFault, ServoRefused, WrongServo
+from ...arrays import shown
+from ...errors import (
+    BadInput,
+    BusCorrupt,
+    BusError,
+    BusTimeout,
+    PortBusy,
+    PortLost,
+    ReadOnly,
+    ServoFault,
+    ServoRefused,
+)
 from . import packet as pk
 from .packet import Instruction as Do
-from .registers import PRESENT, REGISTERS, Block, Register, block, hardware_errors, register
+from .registers import PRESENT, Block, Register, block, hardware_errors, register
 from .sdk import Damage, Port, Protocol, Silence
 from .trace import Transaction
 
@@ -43,9 +54,13 @@ class Bus:
 
     def __init__(self, port, baud: int = 1_000_000, history: int = 1000):
         self._port = Port(port) if isinstance(port, str) else port
+        if not isinstance(self._port, Port):
+            raise BadInput(f"`port` is a name, such as '/dev/ttyUSB0' or 'COM5', or a Port; got {shown(port)}.")
+        if self._port.is_open:
+            raise PortBusy(self.name, "another bus of this program has this very port. Close that one first")
         self._protocol = Protocol()
         self._lock = threading.RLock()
-        self._stale = self._asking = False
+        self._stale, self._asking = False, 0
         self.history: deque[Transaction] = deque(maxlen=history)
         self.alerts: set[int] = set()
         self.strays = 0
@@ -77,8 +92,8 @@ class Bus:
 
     @property
     def asking(self) -> bool:
-        """True in the middle of a transaction."""
-        return self._asking
+        """True in the middle of a transaction of this very thread; those of other threads are waited for."""
+        return self._asking == threading.get_ident()
 
     def refuse_if_read_only(self, doing: str):
         """Raise ReadOnly if nothing but questions may go over this port."""
@@ -132,47 +147,26 @@ class Bus:
         params = _words(row.address) + data
         self._ask(_id(servo), Do.WRITE, params, [(servo, 0)], f"set {row.name} to {value}", row)
 
-    def prepare(self, servo: int, name: str, value: int):
-        """Like `write`, but it takes effect at the next `action`."""
-        row, data = _encoded(name, value)
-        params = _words(row.address) + data
-        self._ask(_id(servo), Do.REG_WRITE, params, [(servo, 0)], f"prepare {row.name} = {value}", row)
-
-    def action(self):
-        """All servos do what they were prepared for, at once. There is no answer."""
-        self._ask(pk.BROADCAST, Do.ACTION, b"", [], "act")
-
     def reboot(self, servo: int):
         """Restart one servo: it goes limp, clears its hardware error and is silent for about 0.4 s."""
         self._ask(_id(servo), Do.REBOOT, b"", [(servo, 0)], "reboot")
         self.alerts.discard(servo)
 
-    def clear_turns(self, servo: int):
-        """Bring the position of one servo, at rest, back to within one turn."""
-        self._ask(_id(servo), Do.CLEAR, pk.CLEAR_TURNS, [(servo, 0)], "clear its turns")
-
-    def factory_reset(self, servo: int, keep_baud: bool = True):
-        """Put all registers of one servo but its id, and its baud rate, to the factory's values; it reboots."""
-        option = pk.RESET_BUT_ID_AND_BAUD if keep_baud else pk.RESET_BUT_ID
-        self._ask(_id(servo), Do.FACTORY_RESET, option, [(servo, 0)], "reset to the factory's values")
-
     # ---- several servos in one transaction ----
 
-    def read_all(self, servos, name: str, fast: bool = False) -> dict[int, int]:
+    def read_all(self, servos, name: str) -> dict[int, int]:
         """The register `name` of several servos, in one transaction."""
-        return {servo: values[0] for servo, values in self.read_block(servos, block(name), fast).items()}
+        return {servo: values[0] for servo, values in self.read_block(servos, block(name)).items()}
 
-    def read_block(self, servos, what: Block = PRESENT, fast: bool = False) -> dict[int, tuple[int, ...]]:
+    def read_block(self, servos, what: Block = PRESENT) -> dict[int, tuple[int, ...]]:
         """Neighbouring registers of several servos in one transaction: id -> one integer a register.
 
-        The default is what one look at a servo is: present current, velocity, position. `fast` asks for one
-        common answer, which firmware 45 and later can give.
+        The default is what one look at a servo is: present current, velocity, position.
         """
         ids = _ids(servos)
-        instruction = Do.FAST_SYNC_READ if fast else Do.SYNC_READ
         params = _words(what.address, what.size) + bytes(ids)
         doing = f"read {what.registers[0].name} .. {what.registers[-1].name}"
-        answers = self._ask(pk.BROADCAST, instruction, params, [(servo, what.size) for servo in ids], doing)
+        answers = self._ask(pk.BROADCAST, Do.SYNC_READ, params, [(servo, what.size) for servo in ids], doing)
         return {answer.servo: what.decode(answer.data) for answer in answers}
 
     def write_block(self, what: Block, values: dict[int, tuple[int, ...]]):
@@ -196,12 +190,6 @@ class Bus:
 
     # ---- what is wrong with them ----
 
-    def check_model(self, servos, model: int = REGISTERS["model_number"].default):
-        """Raise WrongServo if any of these is not the arm's model."""
-        found = {servo: got for servo in _ids(servos) if (got := self.ping(servo).model) != model}
-        if found:
-            raise WrongServo(self.name, found, model)
-
     def check_hardware(self, servos):
         """Raise ServoFault if any of these servos reports a hardware error."""
         self._raise_faults(self.read_all(servos, "hardware_error"))
@@ -220,7 +208,7 @@ class Bus:
         with self._lock:
             if not self._port.is_open:
                 raise PortLost(self.name, "the port is closed. Call reopen(), or make a new connection.")
-            if self._stale and wanted and instruction != Do.PING:
+            if (self._stale or self._asking) and wanted and instruction != Do.PING:
                 self._catch_up(wanted[0][0])
             answers = self._exchange(to, instruction, params, wanted, doing)
         for answer in answers:
@@ -229,36 +217,35 @@ class Bus:
         return answers
 
     def _catch_up(self, servo: int):
-        """After a failure an answer may still be under way, and would be taken for the next one.
+        """After a failure, or in the middle of another transaction, as in a signal's handler, an answer may still be
+        under way, and would be taken for the next one.
 
         Answers come in order, and the answer to a ping cannot be mistaken: once it is here, the late ones have passed.
         """
         self._exchange(servo, Do.PING, b"", [(servo, 3)], "answer a ping")
 
     def _exchange(self, to, instruction, params, wanted, doing) -> list[Answer]:
-        port, began, fault = self._port, self.clock.now(), None
-        self._asking = True
+        port, began, fault, before = self._port, self.clock.now(), None, self._asking
+        port.is_using, self._asking = False, threading.get_ident()
         try:
             self.strays += bool(port.getBytesAvailable()) if wanted else 0
             self._protocol.send(port, to, instruction, params, sum(size + 11 for _, size in wanted))
-            answers = self._receive(instruction, wanted, doing)
+            answers = self._receive(wanted, doing)
             self._stale = self._stale and instruction != Do.PING
             return answers
         except BaseException as error:  # a KeyboardInterrupt too must not leave the port marked as in use
             fault = error
             raise
         finally:
-            port.is_using = self._asking = False
+            port.is_using, self._asking = False, before
             self._stale = self._stale or fault is not None
             spent = self.clock.now() - began
             trouble = f"{type(fault).__name__}: {fault}" if fault else ""
             self.history.append(Transaction(began, spent, port.sent, bytes(port.received), trouble))
 
-    def _receive(self, instruction, wanted, doing) -> list[Answer]:
+    def _receive(self, wanted, doing) -> list[Answer]:
         answers = []
         try:
-            if instruction == Do.FAST_SYNC_READ:
-                return self._receive_together(wanted)
             for servo, size in wanted:
                 answers.append(self._receive_one(servo, size))
         except Silence:
@@ -273,25 +260,36 @@ class Bus:
             frame = self._protocol.receive(self._port)
             sender, error, data = frame[4], frame[8], bytes(frame[9:-2])
             if sender == servo and (len(data) == size or error & ~pk.ALERT):
-                return self._answer(servo, error, data)
+                (self.alerts.add if error & pk.ALERT else self.alerts.discard)(servo)
+                return Answer(servo, error & ~pk.ALERT, data)
             self.strays += 1  # a late answer to an earlier question: the right one comes after it
-
-    def _receive_together(self, wanted) -> list[Answer]:
-        ids, size = [servo for servo, _ in wanted], wanted[0][1]
-        frame = self._protocol.receive(self._port, fast=True)
-        parts = [frame[i : i + size + 4] for i in range(8, len(frame), size + 4)]
-        if [part[1] for part in parts if len(part) == size + 4] != ids:
-            raise Damage
-        return [self._answer(part[1], part[0], bytes(part[2:-2])) for part in parts]
-
-    def _answer(self, servo: int, error: int, data: bytes) -> Answer:
-        (self.alerts.add if error & pk.ALERT else self.alerts.discard)(servo)
-        return Answer(servo, error & ~pk.ALERT, data)
 
     def _refused(self, answer: Answer, doing: str, row: Register | None):
         if answer.servo in self.alerts and answer.error == pk.RESULT_FAIL:
             self._raise_faults({answer.servo: self.read(answer.servo, "hardware_error")})
         raise ServoRefused(self.name, doing, answer.servo, answer.error, _reason(answer.error, row))
+
+
+def again(call, *args, times: int = 2):
+    """`call(*args)`, up to `times` times while it, or its answer, is lost or damaged. For what does no harm twice."""
+    for left in reversed(range(times)):
+        try:
+            return call(*args)
+        except (BusTimeout, BusCorrupt, ServoRefused) as error:
+            if not left or (isinstance(error, ServoRefused) and error.code != pk.CRC_ERROR):
+                raise
+
+
+def for_each(servos, do) -> None:
+    """`do(servo)` for each, whatever fails on the way; then what failed first is raised."""
+    failed = []
+    for servo in servos:
+        try:
+            do(servo)
+        except BusError as error:
+            failed.append(error)
+    if failed:
+        raise failed[0]
 
 
 def _reason(code: int, row: Register | None) -> str:

@@ -39,7 +39,7 @@ class Instruction(IntEnum):
 
 
 #: What asks, and changes nothing in a servo.
-QUESTIONS = frozenset((Instruction.PING, Instruction.READ, Instruction.SYNC_READ, Instruction.FAST_SYNC_READ))
+QUESTIONS = frozenset((Instruction.PING, Instruction.READ, Instruction.SYNC_READ))
 
 #: Parameters of CLEAR (forget whole turns), BACKUP (the table into the servo's store, and back), FACTORY_RESET.
 CLEAR_TURNS = b"\x01DXL\x22"

@@ -145,9 +145,9 @@ class Protocol(dynamixel_sdk.Protocol2PacketHandler):
             raise PortLost(port.port_name, "the packet did not go out. Is the USB plug in?")
         port.setPacketTimeout(answer_bytes)
 
-    def receive(self, port: Port, fast: bool = False) -> list[int]:
+    def receive(self, port: Port) -> list[int]:
         """The next packet, byte stuffing removed, from its header to its checksum."""
-        frame, result = self.rxPacket(port, fast)
+        frame, result = self.rxPacket(port, False)
         if result == dynamixel_sdk.COMM_RX_TIMEOUT:
             raise Silence
         if result != dynamixel_sdk.COMM_SUCCESS:

@@ -6,7 +6,7 @@ from .packet import ALERT, BROADCAST, STATUS_ERRORS, Instruction, Packet, Reader
 from .registers import within
 from .units import unit_of
 
-_READS = (Instruction.READ, Instruction.SYNC_READ, Instruction.FAST_SYNC_READ)
+_READS = (Instruction.READ, Instruction.SYNC_READ)
 
 
 class Transaction(NamedTuple):
@@ -28,7 +28,7 @@ class Transaction(NamedTuple):
         address, length = _asked(requests[0]) if requests else (0, 0)
         lines = [f"{self.time_s:10.4f} s  {1000 * self.seconds:.2f} ms"]
         lines += [f"  > {_request(packet)}" for packet in requests]
-        lines += [f"  < {text}" for packet in answers for text in _answer(packet, address, length)]
+        lines += [f"  < {_answer(packet, address, length)}" for packet in answers]
         if self.fault:
             lines.append(f"  ! {self.fault}")
         return "\n".join(lines)
@@ -81,20 +81,11 @@ def _values(address: int, data: bytes) -> str:
     return ", ".join(parts) or data.hex(" ")
 
 
-def _answer(packet: Packet, address: int, length: int) -> list[str]:
+def _answer(packet: Packet, address: int, length: int) -> str:
     if not packet.intact or packet.error is None:
-        return [f"damaged packet, id {packet.id}"]
-    if packet.id != BROADCAST:
-        return [_status(packet.id, packet.error, packet.params, address, length)]
-    body = bytes((packet.error,)) + packet.params  # a fast answer: error, id, data, checksum of each servo in turn
-    size = length + 4
-    parts = [body[i : i + size] for i in range(0, len(body), size)] if length else []
-    return [_status(part[1], part[0], part[2 : 2 + length], address, length) for part in parts if len(part) > 1]
-
-
-def _status(servo: int, error: int, data: bytes, address: int, length: int) -> str:
-    code = error & ~ALERT
+        return f"damaged packet, id {packet.id}"
+    code, data = packet.error & ~ALERT, packet.params
     said = STATUS_ERRORS.get(code, f"error {code}") if code else "ok"
-    alert = ", ALERT" if error & ALERT else ""
+    alert = ", ALERT" if packet.error & ALERT else ""
     shown = f": {_values(address, data)}" if length and len(data) == length else f": {data.hex(' ')}" if data else ""
-    return f"{servo} {said}{alert}{shown}"
+    return f"{packet.id} {said}{alert}{shown}"

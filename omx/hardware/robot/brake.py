@@ -4,6 +4,7 @@ import contextlib
 import threading
 
 from ...errors import BusCorrupt, BusError, BusTimeout, Stopped
+from ..dynamixel.bus import for_each
 from .monitor import Monitor
 from .servo_group import HOLD_S, JOINTS, MOTION_PUSHED, Servos
 
@@ -23,11 +24,13 @@ class Brake:
         self.arrival = self.clock.now()
         self.holding = False
         self.why: str | None = None
+        self.stops = 0  # how often it was latched
 
     # ---- the latch ----
 
     def latch(self, why: str = "stopped") -> None:
         """From now on refuse every command. What came first stays the reason."""
+        self.stops += self.why is None
         self.why = self.why or why
 
     def resume(self) -> None:
@@ -38,6 +41,11 @@ class Brake:
         """Raise `Stopped` while it is latched."""
         if self.why is not None:
             raise Stopped(self.why)
+
+    def refuse_if_stopped_since(self, stops: int) -> None:
+        """Raise `Stopped` if it was latched after `stops` times, though it was resumed: what ran then has ended."""
+        if self.stops > stops:
+            raise Stopped(self.why or "stopped meanwhile")
 
     # ---- standing ----
 
@@ -63,14 +71,7 @@ class Brake:
                 with contextlib.suppress(BusError):
                     self.servos.stand()
                 raise
-            failed = []  # one of them is in trouble: each by itself, so that the others stand
-            for servo in JOINTS:
-                try:
-                    self._stand(servo)
-                except BusError as error:
-                    failed.append(error)
-        if failed:
-            raise failed[0]
+            for_each(JOINTS, self._stand)  # one of them is in trouble: each by itself, so that the others stand
 
     def _stand(self, servo: int) -> None:
         """Hold one joint. If it does not answer it may still hear: it is told to stay where it was seen last."""

@@ -5,10 +5,11 @@ The file is for the arm, not in it: nothing is written to a servo. `Robot(port, 
 
 import json
 import math
+import os
 from pathlib import Path
 from typing import NamedTuple
 
-from ...arrays import as_rows
+from ...arrays import as_rows, shown
 from ...errors import BadInput
 from ...generated.fk import PARAMETERS
 from ...geometry import Geometry
@@ -47,6 +48,16 @@ def save_calibration(found, path="calibration.json") -> Path:
     except OSError as error:
         raise BadInput(f"cannot write {path.name}: {error.strerror}. Choose another folder or name.") from error
     return path
+
+
+def as_calibration(given) -> Calibration:
+    """`given` itself, with `geometry` and `offsets` like what `accuracy.calibrate` returns, or a file's name."""
+    if isinstance(given, (str, os.PathLike)):
+        return load_calibration(given)
+    if not isinstance(getattr(given, "geometry", None), Geometry) or not hasattr(given, "offsets"):
+        raise BadInput(f"`calibration` is what `calibrate` found, or a file's name; got {shown(given)}.")
+    name = getattr(given, "name", Calibration._field_defaults["name"])
+    return Calibration(given.geometry, _offsets(given.offsets, name), name)
 
 
 def load_calibration(path) -> Calibration:

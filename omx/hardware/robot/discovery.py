@@ -9,7 +9,7 @@ from ..dynamixel import web_serial
 from ..dynamixel.bus import Bus, Ping
 from ..dynamixel.sdk import is_open_here
 from ..dynamixel.serial_line import find_ports
-from ..fault_table import Found, judge, registers
+from ..fault_table import Found, judge, registers, sentences
 
 
 @dataclass
@@ -25,12 +25,6 @@ class Condition:
     @property
     def has_gripper(self) -> bool:
         return GRIPPER_ID in self.servos
-
-    def add(self, found: list[Found]) -> None:
-        """Sort what was found into problems and warnings."""
-        self.found += found
-        self.problems += [str(one) for one in found if one.forbids]
-        self.warnings += [str(one) for one in found if one.warns]
 
     @property
     def left_behind(self) -> list[str]:
@@ -100,10 +94,12 @@ def look_over(bus: Bus) -> Condition:
     right = []
     for servo, ping in condition.servos.items():
         found = judge(servo, {"model_number": ping.model, "firmware_version": ping.firmware})
-        condition.add(found)
+        condition.found += found
         right += [servo] if not found else []
     if right:
         _settings(bus, right, condition)
+    condition.problems += sentences(one for one in condition.found if one.forbids)
+    condition.warnings += sentences(one for one in condition.found if one.warns)
     return condition
 
 
@@ -117,4 +113,4 @@ def _settings(bus: Bus, servos, condition: Condition) -> None:
             except BusError as error:
                 condition.problems.append(str(error))
     for servo, at in condition.registers.items():
-        condition.add(judge(servo, at))
+        condition.found += judge(servo, at)

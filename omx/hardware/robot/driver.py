@@ -20,6 +20,7 @@ from ...arm import (
     PARK_SPEED,
     STALL_TORQUE,
 )
+from ...arrays import as_number
 from ...errors import (
     BadInput,
     BusCorrupt,
@@ -31,21 +32,22 @@ from ...errors import (
     OmxError,
     PortLost,
     Stalled,
+    Stopped,
     TorqueOff,
 )
 from ..dynamixel import registers as reg
 from ..dynamixel import units
-from ..dynamixel.bus import Bus
+from ..dynamixel.bus import Bus, again, for_each
 from ..fault_table import judge, registers
 from ..safety import RAMP, Guard
 from . import gate
 from .brake import Brake
 from .discovery import Condition, look_over
-from .gripper import Gripper
+from .gripper import Grip, Gripper
 from .monitor import Monitor, Reading, Watch
 from .push_by_current import Pushing
 from .rescue import LOOK_S, Rescue, port_lost
-from .servo_group import HOLD_SLACK, JOINTS, Servos, again
+from .servo_group import HOLD_SLACK, JOINTS, Servos
 
 RESTING = math.radians(2.0)  # rad/s
 
@@ -62,12 +64,14 @@ class Driver:
     def __init__(
         self, bus: Bus, guard: Guard | None = None, *, idle_s: float | None = IDLE_S, offsets=(0.0, 0.0, 0.0, 0.0)
     ):
+        if idle_s is not None:
+            as_number(idle_s, "idle_s", "above 0 s, or None for never", 1e-3, math.inf)
         self.bus, self.guard, self.clock = bus, guard or Guard(), bus.clock
         self.condition: Condition = look_over(bus)
         if self.condition.problems:
             raise NotReady(bus.name, self.condition.problems)
         self.servos = Servos(bus, self.condition.registers, self._pwm(), self.guard.payload_g)
-        self.monitor = Monitor(bus, offsets)
+        self.monitor = Monitor(bus, offsets, self.condition.found)
         self.brake = Brake(self.servos, self.monitor)
         self.gripper = Gripper(self.servos)
         self.push = Pushing(self.servos, self.monitor, self.brake)
@@ -104,29 +108,27 @@ class Driver:
         """Set every servo up and switch it on where it stands: the goal becomes the present position first."""
         self.bus.refuse_if_read_only("switch its motors on")
         self.brake.refuse_if_latched()
-        with self.watcher.undisturbed():
-            self.halt()  # a joint that lags behind, on less power than it is about to get, would leap
-            self.torque, self.watcher.trouble = True, None  # from the first one on
-            self.brake.holding, self.mode, self.streamed = True, "position", None
-            self.servos.switch_on(self.rescue.ids)
+        self.watcher.alone(self._switch_on)
         for symptom in self.condition.left_behind:
             _log.warning("set back: %s.", symptom)
         self.condition.found.clear()
         self.watcher.begin()
 
+    def _switch_on(self) -> None:
+        self.halt()  # a joint that lags behind, on less power than it is about to get, would leap
+        self.torque = True  # from the first one on
+        self.watcher.troubles.clear()
+        self.brake.holding, self.mode, self.streamed = True, "position", None
+        self.servos.switch_on(self.rescue.ids)
+
     def relax(self) -> None:
         """Torque off: **the arm falls**. Support it first, or `park` instead."""
-        errors = []
-        with self.watcher.undisturbed():
-            for servo in self.rescue.ids:
-                try:
-                    self.servos.put(servo, "torque_enable", 0)
-                except BusError as error:
-                    errors.append(error)
-            self.torque, self.streamed = bool(errors), None
-            self.push.joints.clear()
-        if errors:
-            raise errors[0]
+        self.watcher.alone(self._switch_off)
+
+    def _switch_off(self) -> None:
+        for_each(self.rescue.ids, lambda servo: self.servos.put(servo, "torque_enable", 0))
+        self.torque, self.streamed = False, None
+        self.push.joints.clear()
 
     def recover(self) -> list[int]:
         """Reboot each servo that reports a hardware error, and switch on again, where it stands, what has no torque.
@@ -134,9 +136,9 @@ class Driver:
         A servo that reboots is limp for half a second: support the arm. Returns the ids of the servos rebooted.
         """
         self.bus.refuse_if_read_only("restart a servo")
-        with self.watcher.undisturbed():
-            faulty = self.rescue.recover(self.torque)
-            self.torque, self.watcher.trouble = any(self.servos.of_joints("torque_enable").values()), None
+        faulty = self.watcher.alone(self.rescue.recover, self.torque)
+        self.torque = any(self.servos.of_joints("torque_enable").values())
+        self.watcher.troubles.clear()
         self.watcher.begin()
         return faulty
 
@@ -200,7 +202,11 @@ class Driver:
 
     def _check_torque(self) -> None:
         """A motor that is off although we switched it on: an error, or a restart that nobody noticed."""
-        if self.torque and (off := self.rescue.off()):
+        if self.torque:
+            self.watcher.alone(self._catch_limp)
+
+    def _catch_limp(self) -> None:
+        if self.torque and (off := self.rescue.off()):  # another thread may have switched them off meanwhile
             self._fault()
             self.rescue.catch(off)
 
@@ -224,20 +230,27 @@ class Driver:
         """Someone did not answer twice: the others hold, and whoever is back after a restart is caught."""
         self.halt()
         if self.torque:
-            with self.watcher.undisturbed():
-                self.rescue.find(error)
+            self.watcher.alone(self.rescue.find, error)
             self._check_torque()
 
     # ---- stopping ----
 
     def stop(self) -> None:
-        """Hold at once, and refuse every command until `resume`. May be called from another thread."""
+        """Hold at once, fingers too, and refuse every command until `resume`. May be called from another thread."""
         self.brake.latch()
-        self.hold()
+        try:
+            self.hold()
+        finally:
+            self._still_fingers()
+
+    def _still_fingers(self) -> None:
+        if self.torque:
+            with contextlib.suppress(OmxError):
+                self.gripper.stand()
 
     def resume(self) -> None:
         """Allow commands again after a stop, a stall or an interrupt."""
-        self.watcher.trouble = None
+        self.watcher.troubles.clear()
         self.brake.resume()
 
     def hold(self) -> None:
@@ -250,16 +263,14 @@ class Driver:
     def stand(self) -> None:
         """Stop where the arm is, in whatever mode it is; it may push again from there."""
         if self.torque:
-            with self.watcher.undisturbed():
-                self.push.until = self.clock.now()  # if this fails, the watch tries again
-                self.brake.hold()
-                self.push.joints.clear()
+            self.push.until = self.clock.now()  # if this fails, the watch tries again
+            self.brake.hold()
+            self.push.joints.clear()
 
     def stiffen(self) -> None:
         """Back into position mode, joint by joint."""
         if self.torque:
-            with self.watcher.undisturbed():
-                self.servos.stiffen()
+            self.watcher.alone(self.servos.stiffen)
 
     def halt(self) -> None:
         """Hold on our own account, once; what fails then does not hide the reason for it."""
@@ -272,9 +283,20 @@ class Driver:
         if isinstance(error, KeyboardInterrupt):
             self.brake.latch("interrupted")
         self.halt()
+        if isinstance(error, (KeyboardInterrupt, Stopped)):
+            self._still_fingers()
         if isinstance(error, (BusTimeout, BusCorrupt)):
             with contextlib.suppress(OmxError):
                 self._silence(error)
+
+    @contextlib.contextmanager
+    def unbroken(self):
+        """Whatever ends early in here, by an error or an interrupt, makes the arm hold."""
+        try:
+            yield
+        except BaseException as error:
+            self.broken_off(error)
+            raise
 
     @property
     def stopped(self) -> str | None:
@@ -295,22 +317,22 @@ class Driver:
         arm that moves is brought to rest first. Raises `JointLimit`, `Collision`, `TooFast`, `TorqueOff`, `Stopped`;
         then nothing was sent. Does not wait.
         """
-        self.ready("position")
-        return self._move(q, seconds, self.guard.speed_cap)
+        with self.commanding:
+            self.ready("position")
+            return self._move(q, seconds, self.guard.speed_cap)
 
     def _move(self, q, seconds: float | None, cap: float) -> tuple[tuple[float, ...], float]:
-        with self.commanding:
-            present = self.watch().q
-            goal = self.guard.check(q, present)
-            asked = gate.seconds(self.guard, present, goal, seconds, cap)
-            self.check_settings()
-            start = self.come_to_rest()
-            goal = self.guard.check(goal, start)
-            took = max(asked, gate.seconds(self.guard, start, goal, None, cap))
-            if seconds is not None and took > seconds and (outside := gate.outside(self.guard, start)):
-                joints = ", ".join(map(str, outside))
-                _log.warning("%s: the way back in takes %.1f s instead of %.1f s.", joints, took, seconds)
-            return self.send(goal, took, RAMP), took
+        present = self.watch().q
+        goal = self.guard.check(q, present)
+        asked = gate.seconds(self.guard, present, goal, seconds, cap)
+        self.check_settings()
+        start = self.come_to_rest()
+        goal = self.guard.check(goal, start)
+        took = max(asked, gate.seconds(self.guard, start, goal, None, cap))
+        if seconds is not None and took > seconds and (outside := gate.outside(self.guard, start)):
+            joints = ", ".join(map(str, outside))
+            _log.warning("%s: the way back in takes %.1f s instead of %.1f s.", joints, took, seconds)
+        return self.send(goal, took, RAMP), took
 
     def come_to_rest(self) -> tuple[float, ...]:
         """Where the joints' set-points stand (rad), once they do: a servo takes its old speed into a new motion."""
@@ -331,16 +353,13 @@ class Driver:
         offsets = self.monitor.offsets
         readings = [angle - offset for angle, offset in zip(goal, offsets, strict=True)]
         ticks = {servo: units.POSITION.raw(angle) for servo, angle in zip(JOINTS, readings, strict=True)}
-        try:
-            with self.brake.lock:
-                self.brake.refuse_if_latched()
-                self.watcher.ask()
-                self.brake.sets_off(seconds)
-                self.servos.send(ticks, seconds, ramp, confirmed)
-                self.brake.sets_off(seconds)  # the program may have been held up in between
-        except BaseException as error:  # an interrupt too: it may have set off
-            self.broken_off(error)
-            raise
+        with self.unbroken(), self.brake.lock:
+            self.brake.refuse_if_latched()
+            self.watcher.ask()
+            self.brake.sets_off(seconds)
+            self.servos.send(ticks, seconds, ramp, confirmed)
+            self.brake.sets_off(seconds)  # the program may have been held up in between
+            self.brake.refuse_if_latched()  # a signal's handler comes in spite of the lock
         self.watcher.begin()
         return tuple(units.POSITION.value(ticks[servo]) + a for servo, a in zip(JOINTS, offsets, strict=True))
 
@@ -355,8 +374,8 @@ class Driver:
         The set-points run straight to `q` and stand there: if the stream breaks off, nothing goes further. A step
         that is longer than the speed cap allows is refused; one that has to catch up takes its time.
         """
-        self.ready("position")
         with self.commanding:
+            self.ready("position")
             reading = self.watch()
             goal = self.guard.check(q, reading.q)
             if self.streamed is None or not self.brake.moving:
@@ -373,16 +392,15 @@ class Driver:
 
         An interrupt, or any error, makes the arm hold. Raises what `watch` raises.
         """
-        try:
+        stops = self.brake.stops
+        with self.unbroken():
             while True:
                 late = self.clock.now() - self.brake.arrival  # before the look, which may be held up
                 reading = self.watch()
+                self.brake.refuse_if_stopped_since(stops)
                 if late >= 0 and (max(map(abs, reading.speed)) < RESTING or late > patience_s):
                     return reading
                 self.clock.sleep(LOOK_S)
-        except BaseException as error:
-            self.broken_off(error)
-            raise
 
     def arrive(self, goal) -> Reading:
         """Wait for a move to `goal` (rad) to end; raises `NotArrived` if a joint is not there then, with the cause."""
@@ -402,26 +420,26 @@ class Driver:
 
     def park(self) -> None:
         """Fold the arm slowly where it stands, then torque off. If the way is blocked it stays, torque on."""
-        if not self.torque:
-            return
+        with self.commanding:  # up to the end: nothing may set off between the rest pose and the torque
+            if self.torque:
+                self._park()
+
+    def _park(self) -> None:
         self.brake.refuse_if_latched()
         if self.mode != "position":
             self.hold()
-        known, self.watcher.trouble = self.watcher.trouble, None  # said already, and parking is what helps
+        known, self.watcher.troubles = self.watcher.troubles, []  # said already, and parking is what helps
         self.watcher.folding = True
         try:
-            with self._rescuing():
+            with self.unbroken(), self._rescuing():
                 self.check_settings()
                 for goal in gate.way_to_rest(self.guard, self.come_to_rest()):
                     sent, _ = self._move(goal, None, min(PARK_SPEED, self.guard.speed_cap))
                     self.arrive(sent)  # from anywhere else it would fall
                 self.relax()
-        except BaseException as error:
-            self.broken_off(error)
-            raise
         finally:
             self.watcher.folding = False
-            self.watcher.trouble = self.watcher.trouble or known
+            self.watcher.troubles = known + self.watcher.troubles
 
     # ---- gripper ----
 
@@ -439,7 +457,24 @@ class Driver:
         if not self.servos.get(GRIPPER_ID, "torque_enable"):
             again(self.bus.check_hardware, [GRIPPER_ID])
             self.rescue.catch([GRIPPER_ID])
-        self.gripper.close_to(servo_angle, force, seconds)
+        try:
+            with self.brake.lock:
+                self.brake.refuse_if_latched()
+                self.gripper.close_to(servo_angle, force, seconds)
+                self.brake.refuse_if_latched()
+        except (KeyboardInterrupt, Stopped) as error:
+            self.broken_off(error)
+            raise
+
+    def settle(self) -> Grip:
+        """Wait until the fingers stand, and look; raises `Stopped` if somebody stopped them."""
+        try:
+            found = self.gripper.settle()
+            self.brake.refuse_if_latched()
+        except (KeyboardInterrupt, Stopped) as error:
+            self.broken_off(error)
+            raise
+        return found
 
     # ---- small parts ----
 

@@ -16,11 +16,13 @@ from ...arm import (
     OPENING_AT_ZERO,
     TORQUE_PER_MA,
 )
-from ...errors import BadInput, ObjectLost
+from ...arrays import as_number
+from ...errors import ObjectLost
 from ..dynamixel import registers as reg
 from ..dynamixel import units
+from ..dynamixel.bus import again
 from ..safety import FRICTION
-from .servo_group import Servos, again
+from .servo_group import HOLD_S, Servos
 
 #: Fingers that stand this far (rad) short of where they were sent have something between them: pads 1 mm apart.
 SHORT = 0.045
@@ -56,8 +58,7 @@ class Gripper:
     def close_to(self, angle: float, force: float = GRIP_FORCE, seconds: float = 0.7) -> None:
         """Turn to `angle` (rad; negative opens) with at most `force` N, whichever way its drive mode counts."""
         low, high = GRIP_FORCES
-        if not (isinstance(force, (int, float)) and low <= force <= high):
-            raise BadInput(f"`force` must be {low:.0f} .. {high:.0f} N; got {force!r}.")
+        force = as_number(force, "force", f"{low:.0f} .. {high:.0f} N", low, high)
         milliamps = (force * GRIP_TORQUE_PER_N + FRICTION) / TORQUE_PER_MA
         self.goal, self._held = angle, None
         self.servos.slow(GRIPPER_ID, seconds)
@@ -94,10 +95,22 @@ class Gripper:
         if self.goal is None:
             return None
         before, grip = self._held, self.look()
-        if before is None or not self._slipped(grip.angle):
+        if before is None or grip.holding:
+            return None
+        limp = not self.servos.get(GRIPPER_ID, "torque_enable")
+        if not (limp or self._slipped(grip.angle)):
             return None
         self._held, self.goal = None, None
-        return ObjectLost(OPENING_AT_ZERO + 2 * FINGER_PER_RAD * before, grip.opening)
+        return ObjectLost(OPENING_AT_ZERO + 2 * FINGER_PER_RAD * before, grip.opening, limp)
+
+    def stand(self) -> None:
+        """Stop the fingers where they are, if they move; what they hold they go on holding."""
+        if self.goal is None:
+            return
+        _, speed, position = again(self.servos.bus.read_block, [GRIPPER_ID], reg.PRESENT)[GRIPPER_ID]
+        if abs(units.VELOCITY.value(speed)) >= RESTING:
+            self.goal = self._sense() * units.POSITION.value(position)
+            self.servos.send({GRIPPER_ID: position}, HOLD_S, ramp=0.0)
 
     def _slipped(self, angle: float) -> bool:
         return self._held is not None and angle - self._held > SLIPPED

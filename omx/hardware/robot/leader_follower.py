@@ -39,10 +39,11 @@ def lead(driver: Driver, where: Callable[[], tuple[float, ...]], seconds: float,
     """
     led, step_s = Led(), period(rate)
     most = driver.guard.speed_cap * step_s * SHARE
-    try:
-        reading = driver.watch()
+    with driver.unbroken():
+        reading, stops = driver.watch(), driver.brake.stops
         sent = reading.aim
         for _ in ticks(seconds, rate, driver.clock):
+            driver.brake.refuse_if_stopped_since(stops)
             wanted = as_four(where(), "leader", "four joint angles in rad")
             goal = _within(sent, wanted, most)
             goal = _within(reading.q, goal, REACH)
@@ -54,9 +55,6 @@ def lead(driver: Driver, where: Callable[[], tuple[float, ...]], seconds: float,
                 continue
             sent, led.sent = goal, led.sent + 1
             led.lag = max(led.lag, *(abs(a - b) for a, b in zip(reading.q, wanted, strict=True)))
-    except BaseException as error:
-        driver.broken_off(error)
-        raise
     driver.wait()
     return led
 

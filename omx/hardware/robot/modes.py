@@ -36,7 +36,6 @@ def velocities(driver: Driver, speeds) -> tuple[float, ...]:
 
     That is a goal so far ahead, reached at this speed and checked like every other: nothing can make it run on.
     """
-    driver.ready("velocity")
     guard, asked = driver.guard, as_four(speeds, "velocities", "four numbers, one a joint")
     fastest = max(map(abs, asked))
     if fastest > guard.speed_cap * (1 + 1e-9):
@@ -44,6 +43,7 @@ def velocities(driver: Driver, speeds) -> tuple[float, ...]:
         raise BadInput(f"`velocities` may be at most {most:.0f} deg/s; got {math.degrees(fastest):.0f}.")
     speeds = tuple(units.VELOCITY.value(units.VELOCITY.raw(v)) for v in asked)
     with driver.commanding:
+        driver.ready("velocity")
         reading = driver.watch()
         if driver.brake.holding or not driver.brake.moving:
             driver.check_settings()
@@ -83,13 +83,10 @@ def _push(driver: Driver, reading: Reading, milliamps: dict[int, float]) -> tupl
         raise ends
     if driver.push and driver.push.joints != set(milliamps):
         driver.stand()
-    try:
+    with driver.unbroken():
         if not driver.servos.soft.issuperset(milliamps):
             soften(driver, milliamps)
         pushed = driver.push.push(milliamps)
-    except BaseException as error:
-        driver.broken_off(error)
-        raise
     driver.watcher.begin()
     return pushed
 
@@ -97,6 +94,4 @@ def _push(driver: Driver, reading: Reading, milliamps: dict[int, float]) -> tupl
 def soften(driver: Driver, servos) -> None:
     """One of the `servos` after the other into the mode with limited current, each holding as it did."""
     driver.come_to_rest()
-    with driver.watcher.undisturbed():
-        for servo in servos:
-            driver.servos.set_up(servo, "current_position", on=True)
+    driver.watcher.alone(driver.servos.soften, servos)

@@ -3,10 +3,11 @@
 It only reads: what to do about it is the driver's business.
 """
 
-import contextlib
 import logging
 import math
+import threading
 import weakref
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 from ...arm import JOINT_IDS
@@ -14,10 +15,10 @@ from ...errors import NotReady, OmxError, OutOfBounds, Stalled, TooFast
 from .. import gravity
 from ..dynamixel import registers as reg
 from ..dynamixel import units
-from ..dynamixel.bus import Bus
-from ..fault_table import HEALTH, judge
+from ..dynamixel.bus import Bus, again
+from ..fault_table import HEALTH, Found, judge, sentences
 from ..safety import Guard, stalled
-from .servo_group import JOINTS, again
+from .servo_group import JOINTS
 
 STALL_S = 0.15
 HEALTH_S = 1.0
@@ -25,6 +26,9 @@ HEALTH_S = 1.0
 MOVING_S, PUSHED_S, HOLDING_S = 0.1, 0.05, 1.0
 #: A servo that is too hot after so long (s) without a command is parked: it will give up by itself soon.
 HOT_IDLE_S = 30.0
+#: A warning is said again only when its cause has been away for so long (s): a supply that is just too weak comes and
+#: goes with every motion.
+AWAY_S = 60.0
 
 _log = logging.getLogger("omx.robot")
 
@@ -48,14 +52,15 @@ class Reading(NamedTuple):
 class Monitor:
     """The joints on `bus`, looked at and judged. `seen`: when they were read last, and where each was (ticks).
 
-    `offsets` (rad) are added to what is read. `new_warnings` are sentences that nobody has been told yet.
+    `offsets` (rad) are added to what is read; `known` is what was found, and told, when the arm was opened.
+    `new_warnings` are sentences that nobody has been told yet.
     """
 
-    def __init__(self, bus: Bus, offsets=(0.0,) * 4):
+    def __init__(self, bus: Bus, offsets=(0.0,) * 4, known: Iterable[Found] = ()):
         self.bus, self.offsets = bus, offsets
         self.seen: tuple[float, dict[int, int]] = (-math.inf, {})
         self.new_warnings: list[str] = []
-        self._warned: set[tuple[str, int]] = set()
+        self._warned = {one.condition.key: bus.clock.now() for one in known}  # the condition: when it was last so
         self._stall_since: dict[int, float] = {}
         self._health_at = bus.clock.now() + HEALTH_S  # opening has just looked
 
@@ -111,10 +116,12 @@ class Monitor:
         found = []
         for servo, values in again(self.bus.read_block, JOINTS, HEALTH).items():
             found += judge(servo, dict(zip((row.name for row in HEALTH.registers), values, strict=True)))
-        fresh = [one for one in found if one.warns and (one.condition.key, one.servo) not in self._warned]
-        self._warned |= {(one.condition.key, one.servo) for one in fresh}
-        self.new_warnings += map(str, fresh)
-        problems = [str(one) for one in found if one.forbids]
+        now, warnings = self.bus.clock.now(), [one for one in found if one.warns]
+        self.new_warnings += sentences(
+            one for one in warnings if now - self._warned.get(one.condition.key, -math.inf) > AWAY_S
+        )
+        self._warned |= {one.condition.key: now for one in warnings}
+        problems = sentences(one for one in found if one.forbids)
         return NotReady(f"{self.bus.name} holds: the arm", problems) if problems else None
 
 
@@ -128,8 +135,8 @@ class Watch:
     def __init__(self, driver, idle_s: float | None):
         self._driver, self._clock, self._idle_s = weakref.ref(driver), driver.bus.clock, idle_s
         self._turn, self._due = 0, math.inf
-        self._asked_at, self._busy = self._clock.now(), False
-        self.trouble: OmxError | None = None  # what it met, until somebody asks
+        self._asked_at, self._alone, self._busy = self._clock.now(), threading.RLock(), False
+        self.troubles: list[OmxError] = []  # what it met, one of a kind, until somebody asks
         self.folding = False  # while the arm parks heat is no reason to stop: the motors are about to go off
         self.hot = False
 
@@ -138,19 +145,19 @@ class Watch:
         self._asked_at = self._clock.now()
 
     def ask(self) -> None:
-        """Raise what it met, once."""
-        if self.trouble:
-            trouble, self.trouble = self.trouble, None
-            raise trouble
+        """Raise what it met first, once."""
+        if self.troubles:
+            raise self.troubles.pop(0)
 
-    @contextlib.contextmanager
-    def undisturbed(self):
-        """In here it does not come between."""
-        before, self._busy = self._busy, True
-        try:
-            yield
-        finally:
-            self._busy = before
+    def alone(self, change: Callable, *args):
+        """`change(*args)`, which decides what motors are on: one thread after the other, and no look in between."""
+        with self._alone:
+            before = self._busy
+            try:
+                self._busy = True
+                return change(*args)
+            finally:
+                self._busy = before
 
     def begin(self) -> None:
         """Look soon, and then again and again. Called when the motors go on, and whenever something sets off."""
@@ -169,16 +176,18 @@ class Watch:
         if not (driver.torque and driver.bus.is_open):
             self._due = math.inf
             return
-        if not (self._busy or driver.bus.asking):
-            self._glance(driver)
-        self._again(PUSHED_S if driver.push else MOVING_S if driver.moving else HOLDING_S)
+        try:
+            if not (self._busy or driver.bus.asking):
+                self._glance(driver)
+        finally:
+            self._again(PUSHED_S if driver.push else MOVING_S if driver.moving else HOLDING_S)
 
     def _glance(self, driver) -> None:
         try:
             driver.glance()
         except OmxError as error:
-            if self.trouble is None:
-                self.trouble = error
+            if type(error) not in map(type, self.troubles):
+                self.troubles.append(error)
                 _log.warning("%s", error)
         patience = HOT_IDLE_S if self.hot else math.inf if self._idle_s is None else self._idle_s
         if self._clock.now() - self._asked_at > patience and not (driver.stopped or driver.moving):

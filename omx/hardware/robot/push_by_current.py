@@ -63,4 +63,5 @@ class Pushing:
             self.servos.bus.write_all("bus_watchdog", dict.fromkeys(raw, units.WATCHDOG.raw(UNREPEATED_S)))
             self.servos.bus.write_block(MOTION_PUSHED, motions)
             self.until = self.clock.now() + UNREPEATED_S
+            self.brake.refuse_if_latched()  # a signal's handler comes in spite of the lock
         return tuple(units.CURRENT.value(push) for push in raw.values())

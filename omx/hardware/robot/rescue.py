@@ -4,7 +4,8 @@ import contextlib
 
 from ...errors import BusError, NotReady, PortLost, ServoLost, ServoRestarted
 from ..dynamixel import registers as reg
-from .servo_group import JOINTS, MODES, Servos, again
+from ..dynamixel.bus import again
+from .servo_group import JOINTS, MODES, Servos
 
 #: How long a servo that restarts is silent, and a little more.
 RESTART_S = 0.6

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ...arm import CLOSED_DEG, GRIP_FORCE, HOME, IDLE_S, OPEN_DEG
-from ...arrays import as_four
+from ...arrays import as_four, as_number
 from ...dh import Chain, DHRow
 from ...errors import BadInput, OmxError
 from ...geometry import COURSE, Geometry
@@ -20,7 +20,7 @@ from ..log import Log, Recorder, read_log
 from ..safety import Guard
 from ..simulator import VirtualArm, VirtualPort
 from . import leader_follower, modes, shutdown, streaming, teaching
-from .calibration import Calibration, load_calibration
+from .calibration import as_calibration
 from .discovery import open_bus
 from .driver import Driver, Reading
 from .gripper import Grip
@@ -56,8 +56,7 @@ class Robot:
 
     def __init__(self, port=None, *, geometry: Geometry | None = None, guard: Guard | None = None, clock=None,
                  idle_s: float | None = IDLE_S, payload_g: float = 0.0, calibration=None):  # fmt: skip
-        found = load_calibration(calibration) if isinstance(calibration, (str, os.PathLike)) else calibration
-        self.calibration: Calibration | None = found
+        self.calibration = found = None if calibration is None else as_calibration(calibration)
         self.geometry = geometry = geometry or (found.geometry if found else COURSE)
         self.arm: VirtualArm | None = None
         if port is None:
@@ -65,6 +64,7 @@ class Robot:
             port = VirtualPort(self.arm, clock=clock or SteppedClock())
         elif isinstance(port, VirtualPort):
             self.arm = port.arm
+        port = os.fspath(port) if isinstance(port, os.PathLike) else port
         self.bus: Bus = open_bus(port) if isinstance(port, str) else Bus(port)
         self._seconds: float | None = None
         self._closed = False
@@ -108,9 +108,7 @@ class Robot:
 
     def write_time(self, seconds: float) -> None:
         """How long each following `write_joints` takes, in s."""
-        if not (isinstance(seconds, (int, float)) and math.isfinite(seconds) and 0 < seconds <= 32):
-            raise BadInput(f"`seconds` must be a number above 0 and at most 32; got {seconds!r}.")
-        self._seconds = float(seconds)
+        self._seconds = as_number(seconds, "seconds", "a number above 0 and at most 32", 1e-3, 32)
 
     def write_joints(self, q_deg) -> np.ndarray:
         """Send the joints on their way to four angles (deg), and return at once with those really sent (ticks).
@@ -221,7 +219,7 @@ class Robot:
         `ObjectLost`.
         """
         self.write_gripper(False, force)
-        found = self.driver.gripper.settle()
+        found = self.driver.settle()
         if found.holding and (payload_g is not None or payload_mm):
             self.driver.carry(self.driver.guard.payload_g if payload_g is None else payload_g, payload_mm)
         return found
@@ -229,7 +227,7 @@ class Robot:
     def release(self) -> Grip:
         """Open the gripper and wait; whatever it carried is gone."""
         self.write_gripper(True)
-        found = self.driver.gripper.settle()
+        found = self.driver.settle()
         self.driver.carry(0.0)
         return found
 
@@ -261,17 +259,13 @@ class Robot:
         return self._record(self.driver.watch, seconds, path, rate, progress, notes)
 
     def _record(self, look: Callable[[], Reading], seconds, path, rate, progress, notes) -> Log:
-        with Recorder(path, COLUMNS, self.geometry, **notes) as recorder:
-            try:
-                for i, t in enumerate(self.ticks(seconds, rate)):
-                    self._sample(recorder, look(), t)
-                    if progress and i % 10 == 0:
-                        progress(min(t / seconds, 1.0) if seconds else 1.0)
-                if progress:
-                    progress(1.0)
-            except BaseException as error:
-                self.driver.broken_off(error)
-                raise
+        with Recorder(path, COLUMNS, self.geometry, **notes) as recorder, self.driver.unbroken():
+            for i, t in enumerate(self.ticks(seconds, rate)):
+                self._sample(recorder, look(), t)
+                if progress and i % 10 == 0:
+                    progress(min(t / seconds, 1.0) if seconds else 1.0)
+            if progress:
+                progress(1.0)
         return recorder.log
 
     def _sample(self, recorder: Recorder, reading: Reading, t: float) -> None:
@@ -315,6 +309,9 @@ class Robot:
         arm waits until the leader comes back. It begins from wherever it is, no faster than the speed cap.
         """
 
+        if leader is self:
+            raise BadInput("`leader` is this very arm: it would follow its own sag, down and down.")
+
         def where():
             return leader.q if isinstance(leader, Robot) else np.radians(as_four(leader(), "leader()", "four numbers"))
 
@@ -348,7 +345,7 @@ class Robot:
         """Park, motors off, port closed; a stopped arm holds instead. Closing twice is fine."""
         if not self.bus.is_open:
             if self.driver.torque and not self._closed:  # pulled out: nobody has said so yet
-                shutdown.say_motors_on(self, "the port has gone")
+                shutdown.say_motors_on(self.driver, "the port has gone")
             self._closed = True
             return
         self._closed, why = True, self.driver.stopped
@@ -360,9 +357,8 @@ class Robot:
                 self.driver.hold()
         finally:
             if self.driver.torque:
-                shutdown.say_motors_on(self, why)
+                shutdown.say_motors_on(self.driver, why)
             self.bus.close()
-            shutdown.let_go(self)
 
 
 def _task(pose_deg) -> list[float]:

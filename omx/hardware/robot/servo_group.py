@@ -6,13 +6,13 @@ a servo limp that was not: what fails, or is interrupted, half-way switches it o
 
 import contextlib
 import math
+from typing import NoReturn
 
 from ...arm import GRIPPER_ID, JOINT_IDS
-from ...errors import BusCorrupt, BusError, BusTimeout, ServoRefused
+from ...errors import BusError, ServoRefused
 from ..dynamixel import registers as reg
 from ..dynamixel import units
-from ..dynamixel.bus import Bus
-from ..dynamixel.packet import CRC_ERROR
+from ..dynamixel.bus import Bus, again, for_each
 from ..fault_table import MENDS
 from ..gravity import sagged
 
@@ -39,16 +39,6 @@ SETTINGS = (
     WATCHDOG,
 )
 JOINTS = JOINT_IDS
-
-
-def again(call, *args, times: int = 2):
-    """`call(*args)`, up to `times` times while it, or its answer, is lost or damaged. For what does no harm twice."""
-    for left in reversed(range(times)):
-        try:
-            return call(*args)
-        except (BusTimeout, BusCorrupt, ServoRefused) as error:
-            if not left or (isinstance(error, ServoRefused) and error.code != CRC_ERROR):
-                raise
 
 
 class Servos:
@@ -87,7 +77,13 @@ class Servos:
         servo, wanted = next(iter(left.items()))
         pairs = zip(what.registers, wanted, found[servo], strict=True)
         row, value, got = next(pair for pair in pairs if pair[1] != pair[2])
-        raise ServoRefused(self.bus.name, f"take {row.name} = {value}", servo, 0, f"it reads back {got}")
+        self._not_taken(servo, row.name, value, got)
+
+    def _not_taken(self, servo: int, name: str, value: int, got: int) -> NoReturn:
+        """Raise why it reads back `got`: its hardware error, if it has one."""
+        if servo in self.bus.alerts:
+            again(self.bus.check_hardware, [servo])
+        raise ServoRefused(self.bus.name, f"take {name} = {value}", servo, 0, f"it reads back {got}")
 
     # ---- switching on ----
 
@@ -163,21 +159,19 @@ class Servos:
         for name, value in wanted.items():
             self.put(servo, name, value)
             if (found := self.get(servo, name)) != value:
-                raise ServoRefused(self.bus.name, f"take {name} = {value}", servo, 0, f"it reads back {found}")
+                self._not_taken(servo, name, value, found)
 
     def _goal_here(self, servo: int) -> None:
         self.put(servo, "goal_position", self.within_limits(servo, self.get(servo, "present_position")))
 
+    def soften(self, servos) -> None:
+        """One after the other into the mode with limited current, each holding as it did."""
+        for servo in servos:
+            self.set_up(servo, "current_position", on=True)
+
     def stiffen(self) -> None:
         """The joints that are not in position mode back into it; what fails is raised when all have been tried."""
-        failed = []
-        for servo in sorted(self.soft):
-            try:
-                self.set_up(servo, "position", on=True)
-            except BusError as error:
-                failed.append(error)
-        if failed:
-            raise failed[0]
+        for_each(sorted(self.soft), lambda servo: self.set_up(servo, "position", on=True))
 
     def within_limits(self, servo: int, position: int) -> int:
         """`position`, or the nearest that the servo takes as a goal."""

@@ -5,8 +5,11 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from ...arrays import as_rows, shown
 from ...errors import BadInput
+from ...motion.trajectory import Trajectory
 from ..clock import period, ticks
+from ..safety import STEP
 from .driver import Driver, Reading
 
 #: A step that comes so many periods after the one before is not caught up with: the arm would have to leap.
@@ -21,16 +24,14 @@ def follow(driver: Driver, trajectory, rate: float, each: Callable[[Reading, flo
     """What `Robot.follow` does, in rad."""
     step_s = period(rate)
     _look_through(driver, trajectory)
-    last = 0.0
-    try:
+    last, stops = 0.0, driver.brake.stops
+    with driver.unbroken():
         for t in _along(trajectory.seconds, rate, driver.clock):
+            driver.brake.refuse_if_stopped_since(stops)
             reading = driver.stream_to(trajectory.at(t + LEAD * step_s), max(t - last, step_s) + step_s)
             last = t
             if each:
                 each(reading, t)
-    except BaseException as error:
-        driver.broken_off(error)
-        raise
     driver.wait()
 
 
@@ -49,22 +50,27 @@ def _along(seconds: float, rate: float, clock) -> Iterator[float]:
 
 
 def check_path(driver: Driver, trajectory) -> None:
-    """Raise what the guard has against the trajectory, at 200 points of it."""
-    for q in trajectory.q[:: max(1, len(trajectory.q) // 200)]:
+    """Raise what the guard has against the trajectory, looked at every `STEP` of the joint that turns most."""
+    points = as_rows(trajectory.q, "trajectory", 4, "four joint angles in rad a sample")
+    turned = np.abs(np.diff(points, axis=0, prepend=points[:1])).max(axis=1).cumsum()
+    _, picked = np.unique(turned // STEP, return_index=True)
+    for q in points[[*picked, -1]]:
         driver.guard.check(q)
 
 
 def _look_through(driver: Driver, trajectory) -> None:
     """Raise what would stop the arm on its way, before it sets off."""
+    if not isinstance(trajectory, Trajectory):
+        raise BadInput(f"`trajectory` is one of `omx.motion`; got {shown(trajectory)}.")
+    check_path(driver, trajectory)
     start, guard = driver.read().q, driver.guard
     gap = max(abs(a - b) for a, b in zip(start, trajectory.q[0], strict=True))
     if gap > NEAR:
         raise BadInput(
             f"the arm is {math.degrees(gap):.1f} deg away from where the trajectory starts; `move_to` its start."
         )
-    check_path(driver, trajectory)
     fastest = float(np.abs(trajectory.qd).max())
-    if fastest > guard.speed_cap:
+    if not fastest <= guard.speed_cap:  # NaN is not
         raise BadInput(
             f"the trajectory turns a joint at {math.degrees(fastest):.0f} deg/s; the cap is "
             f"{math.degrees(guard.speed_cap):.0f} deg/s. Give it more seconds."

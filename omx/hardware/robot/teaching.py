@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from ...arrays import as_number
 from ...errors import BadInput
 from ...motion.trajectory import Trajectory
 from ..log import Log
@@ -13,6 +14,8 @@ JOINTS = tuple(f"q{i}" for i in range(1, 5))
 #: A hand trembles and an encoder counts in ticks: what is shorter than this (s) is smoothed away.
 SMOOTH_S = 0.3
 RATE = 100.0
+#: The longest recording (s) that is replayed: a damaged time is not taken for a day.
+LONGEST_S = 3600.0
 
 
 def joints_named(joints) -> tuple[int, ...]:
@@ -31,11 +34,15 @@ def trajectory(log: Log, speed: float = 1.0) -> Trajectory:
 
     Smoothed over `SMOOTH_S` of the recording: at either end the arm takes half of that to speed up, and to slow down.
     """
-    if not (isinstance(speed, (int, float)) and math.isfinite(speed) and speed > 0):
-        raise BadInput(f"`speed` must be a positive number, 1 for as fast as it was taught; got {speed!r}.")
+    speed = as_number(speed, "speed", "a positive number, 1 for as fast as it was taught", 1e-3)
     t, q = log["t"], np.radians(log.array(*JOINTS))
-    if len(t) < 2 or not np.isfinite(q).all() or not (np.diff(t) > 0).all():
-        raise BadInput("the log must have at least two samples, every angle measured, its times growing.")
+    if {log.units[joint] for joint in JOINTS} != {"deg"}:
+        raise BadInput("the log's angles must be in deg: a heading is `q1 (deg)`.")
+    if len(t) < 2 or not np.isfinite(q).all() or not (np.diff(t) > 0).all() or not t[-1] - t[0] <= LONGEST_S:
+        raise BadInput(
+            "the log must have at least two samples, every angle measured, its times growing, within "
+            f"{LONGEST_S:.0f} s."
+        )
     half = round(SMOOTH_S * RATE / 2)
     even = np.arange(0.0, t[-1] - t[0] + 1.0 / RATE, 1.0 / RATE) + t[0]
     padded = np.array([np.pad(np.interp(even, t, column), 2 * half, mode="edge") for column in q.T])

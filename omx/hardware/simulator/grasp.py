@@ -1,10 +1,9 @@
 """Something between the fingers: how hard they press it, and when it slips out."""
 
 from dataclasses import dataclass
-from math import isfinite
 
 from ...arm import FINGER_PER_RAD, GRAVITY, GRIP_TORQUE_PER_N, OPENING_AT_ZERO
-from ...errors import BadInput
+from ...arrays import as_number
 
 #: How much of the pads' pressure carries weight: rubber on wood, paper or most plastics, on the safe side.
 MU = 0.5
@@ -25,9 +24,7 @@ class Grasped:
 
     def __post_init__(self):
         for name, least in (("width", 0.0), ("mass_g", 0.0), ("stiffness", 0.1)):
-            value = getattr(self, name)
-            if not (isinstance(value, (int, float)) and isfinite(value) and value >= least):
-                raise BadInput(f"an object's `{name}` must be a number of at least {least:g}; got {value!r}.")
+            as_number(getattr(self, name), name, f"a number of at least {least:g}", least)
 
     def pressed(self, servo_angle: float) -> float:
         """The force (N) of either pad on it, at an angle (rad) of the gripper's servo."""

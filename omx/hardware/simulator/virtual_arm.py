@@ -5,9 +5,10 @@ fixed grid that begins at 0, so it does not depend on how often anyone asked.
 """
 
 import threading
-from math import ceil, degrees, inf, isfinite, pi, radians
+from math import ceil, degrees, inf, pi, radians
 
 from ...arm import ARM_IDS, FINGER_PER_RAD, FINGERS, GRIP_TORQUE_PER_N, HOME, OPENING_AT_ZERO, STOPS, SUPPLY_VOLTS
+from ...arrays import as_number
 from ...errors import BadInput
 from .. import gravity
 from ..dynamixel import registers as reg
@@ -279,6 +280,4 @@ def _angles(q) -> list[float]:
 
 def _few(value, name: str) -> float:
     """`value` degrees, at most 5, in rad."""
-    if not (isinstance(value, (int, float)) and isfinite(value) and 0 <= value <= 5):
-        raise BadInput(f"`{name}` must be 0 .. 5; got {value!r}.")
-    return radians(value)
+    return radians(as_number(value, name, "0 .. 5", 0, 5))

@@ -12,6 +12,9 @@ from ..dynamixel.serial_line import READ_TIMEOUT_S, SerialException
 from .virtual_arm import VirtualArm
 from .wire_timing import Wire
 
+#: What a port inside this process is called.
+NAME = "virtual"
+
 
 class VirtualPort(Port):
     """An in-process port to `arm` (a new one if none is given).
@@ -21,7 +24,7 @@ class VirtualPort(Port):
     """
 
     def __init__(self, arm: VirtualArm | None = None, clock=None, timed: bool = False, latency_s: float = 0.0):
-        super().__init__("virtual", clock or Clock())
+        super().__init__(NAME, clock or Clock())
         self.arm = arm or VirtualArm()
         self._timed, self._latency_s = timed, latency_s
 
@@ -40,9 +43,9 @@ class VirtualSerial:
         self._arm, self._clock, self._wire = arm, clock, wire
         self._time = lambda: clock.now() - late
         if not arm.plugged:
-            raise PortError("virtual", "the virtual plug is pulled. arm.faults.clear() puts it back", errno.ENOENT)
+            raise PortError(NAME, "the virtual plug is pulled. arm.faults.clear() puts it back", errno.ENOENT)
         if not arm.connect(self._time):
-            raise PortBusy("virtual", "another connection to this virtual arm is open. Close that one first")
+            raise PortBusy(NAME, "another connection to this virtual arm is open. Close that one first")
         self.is_open = True
 
     def _now(self) -> float:

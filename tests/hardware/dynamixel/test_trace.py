@@ -5,7 +5,7 @@ import pytest
 from omx.hardware.dynamixel import packet as pk
 from omx.hardware.dynamixel.packet import Instruction as Do
 from omx.hardware.dynamixel.trace import Transaction
-from tests.hardware.dynamixel.test_packets import FAST_SYNC, HEX, INSTRUCTIONS, STATUS
+from tests.hardware.dynamixel.test_packets import HEX, INSTRUCTIONS, STATUS
 
 
 def told(sent, received=b"", fault=""):
@@ -27,12 +27,6 @@ def test_the_manuals_packets_in_words(request_of, answer_of, words):
     text = told(HEX(INSTRUCTIONS[request_of][1]), HEX(STATUS[answer_of][1]) if answer_of else b"")
     assert all(word in text for word in words)
     assert "1.5000 s  2.10 ms" in text
-
-
-def test_a_fast_answer_is_told_servo_by_servo():
-    text = told(HEX(INSTRUCTIONS["fast sync read"][1]), HEX(FAST_SYNC[1]))
-    for servo, ticks in ((3, 166), (7, 2079), (4, 1023)):
-        assert f"{servo} ok: present_position {ticks} = " in text
 
 
 def test_refusals_alerts_damage_and_faults_are_told():

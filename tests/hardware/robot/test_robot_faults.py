@@ -563,9 +563,9 @@ def test_a_stop_between_the_check_and_the_goal_wins(robot, monkeypatch):
         sent(*motion)
 
     monkeypatch.setattr(robot.driver.servos, "send", stopped_before)
-    robot.write_joints(TARGET)
+    with pytest.raises(Stopped):
+        robot.write_joints(TARGET)
     monkeypatch.undo()
-    robot.stop()
     assert stands(robot)
     with pytest.raises(Stopped):
         robot.write_joints(TARGET)

@@ -71,7 +71,7 @@ def test_our_bus_drives_it(end):
         bus.write(11, "goal_position", 2500)
         time.sleep(0.2)
         assert bus.read(11, "present_position") == pytest.approx(2500, abs=4)
-        assert len(bus.read_block(JOINT_IDS, fast=True)) == 4
+        assert len(bus.read_block(JOINT_IDS)) == 4
 
 
 @pytest.mark.parametrize("end", ENDS)

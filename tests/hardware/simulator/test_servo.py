@@ -296,13 +296,11 @@ def test_turns_are_counted_in_extended_mode_and_forgotten_by_clear_and_reboot(bu
     stiffen(bus, 2.0, mode="extended", ids=[11])
     bus.write(11, "goal_position", 2048 + 2 * 4096)
     clock.sleep(0.5)
-    with pytest.raises(ServoRefused) as caught:
-        bus.clear_turns(11)  # only at rest
-    assert caught.value.code == pk.RESULT_FAIL
+    assert instruct(bus, pk.Instruction.CLEAR, pk.CLEAR_TURNS, 11) == pk.RESULT_FAIL  # only at rest
     clock.sleep(4.0)
     far = bus.read(11, "present_position")
     assert far == pytest.approx(2048 + 2 * 4096, abs=4)
-    bus.clear_turns(11)
+    assert instruct(bus, pk.Instruction.CLEAR, pk.CLEAR_TURNS, 11) == 0
     clock.sleep(1.0)
     assert bus.read(11, "present_position") == pytest.approx(far - 2 * 4096, abs=2)
 
@@ -395,10 +393,10 @@ def test_reboot_is_silent_for_a_while_and_loses_the_ram(bus_arm_clock):
 def test_factory_reset_keeps_id_and_baud_rate_if_told_to(bus_arm_clock):
     bus, arm, clock = bus_arm_clock
     bus.write(12, "drive_mode", 4)
-    bus.factory_reset(12)
+    instruct(bus, pk.Instruction.FACTORY_RESET, pk.RESET_BUT_ID_AND_BAUD)
     clock.sleep(0.5)
     assert bus.read(12, "drive_mode") == 0
-    bus.factory_reset(12, keep_baud=False)
+    instruct(bus, pk.Instruction.FACTORY_RESET, pk.RESET_BUT_ID)
     clock.sleep(0.5)
     with pytest.raises(BusTimeout):
         bus.ping(12)
@@ -427,7 +425,7 @@ def test_old_firmware_has_no_watchdog_no_time_based_profile_and_no_fast_reads():
         clock.sleep(1.0)
         assert abs(bus.read(11, "present_position") - 2300) < 5  # 2000 was taken for a speed
         with pytest.raises(BusTimeout):
-            bus.read_block([11, 12], fast=True)
+            bus._ask(pk.BROADCAST, pk.Instruction.FAST_SYNC_READ, b"\x84\x00\x04\x00\x0b", [(11, 4)], "test")
 
 
 # ---- backup, start, Protocol 1.0 ----
