@@ -50,7 +50,7 @@ def lay_out_libraries(libraries, lib):
 def write(path, folder):
     """One chapter's deck; rewritten only when it changes, so that its handout stays current."""
     notebook = runs.merged(path)
-    return write_deck(title(notebook), notebook, folder / f"{path.stem}.html")
+    return write_deck(cells.title(notebook), notebook, folder / f"{path.stem}.html")
 
 
 def write_deck(title, notebook, target):
@@ -62,11 +62,6 @@ def write_deck(title, notebook, target):
     return target
 
 
-def title(notebook):
-    """The chapter's H1."""
-    return next(words for cell in notebook["cells"] for level, words in cells.headings(cell) if level == 1)
-
-
 def write_list(folder):
     """A page that lists the decks, with the time that each takes and what is printed of it."""
     rows = [row(path, folder) for path in runs.chapters() if (folder / f"{path.stem}.html").exists()]
@@ -76,7 +71,7 @@ def write_list(folder):
 
 def row(path, folder):
     notebook, target = runs.merged(path), folder / f"{path.stem}.html"
-    links = [f'<a href="{target.name}">{html.escape(title(notebook))}</a>', f"{deck.minutes(notebook):.0f} min"]
+    links = [f'<a href="{target.name}">{html.escape(cells.title(notebook))}</a>', f"{deck.minutes(notebook):.0f} min"]
     return f"<li>{' · '.join(links + handouts(target))}</li>"
 
 
