@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from book.chapters import runs  # noqa: E402
-from book.publish import npm, pages  # noqa: E402
+from book.publish import page_scripts, pages  # noqa: E402
 
 project = "Kinematics of the OpenMANIPULATOR-X"
 author = "the OpenMANIPULATOR-X kinematics book authors"
@@ -55,7 +55,7 @@ html_theme_options = {
 html_context = {"default_mode": "auto"}
 html_logo = "static/arm.svg"
 html_favicon = "static/arm.svg"
-html_static_path = ["static", os.path.relpath(npm.BUILD / "shared", Path(__file__).parent)]
+html_static_path = ["static", os.path.relpath(page_scripts.SHARED, Path(__file__).parent)]
 html_css_files = ["house.css", "live_figure.css"]
 scripts = ("omx-view.js", "omx-kinematics.js", "omx-panels.js", "reading.js")
 html_js_files = [(script, {"defer": "defer"}) for script in scripts]

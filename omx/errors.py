@@ -11,7 +11,6 @@ __all__ = [
     "NotDecided", "NotEqual", "NotIdentifiable", "NotReady", "ObjectLost", "OmxError", "OutOfBounds", "PathBlocked",
     "PortBusy", "PortError", "PortLost", "ReadOnly", "ServoFault", "ServoLost", "ServoRefused", "ServoRestarted",
     "Stalled", "Stopped", "TooFast", "TooHeavy", "TorqueOff", "Unreachable", "ViewerMissing", "Violation", "Wrong",
-    "WrongServo",
 ]  # fmt: skip
 
 #: The folder of this package, whose lines teach a reader nothing.

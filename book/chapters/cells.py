@@ -58,6 +58,11 @@ def headings(cell):
     return [(len(marks), title.strip()) for marks, title in re.findall(r"^(#{1,6})\s+(.+)$", prose(cell), re.M)]
 
 
+def title(notebook):
+    """A chapter's H1."""
+    return next(words for cell in notebook["cells"] for level, words in headings(cell) if level == 1)
+
+
 def word_count(cell):
     """Words of prose: formulas, code and the targets of links are none."""
     text = re.sub(r"\]\([^)]*\)", "]", MATHS.sub(" ", prose(cell)))

@@ -162,14 +162,16 @@ def add_code(made, cell, kind):
         return
     picture = markup.shows_picture(cell)
     unit = made.unit()
-    unit.pieces.append(piece("".join(pieces), kind))
+    unit.pieces.append(piece("".join(pieces), kind, cell=cell.get("id", "")))
     unit.has_code, made.only_title = True, ""
-    unit.seconds += SECONDS["picture"] if picture else SECONDS["line"] * len(cells.code_lines(cell))
+    lines = cell["metadata"].get("lines", len(cells.code_lines(cell)))
+    unit.seconds += SECONDS["picture"] if picture else SECONDS["line"] * lines
 
 
-def piece(text, kind, name=""):
+def piece(text, kind, name="", cell=""):
     words = " ".join(word for word in ("piece", name, "fragment" if kind == "fragment" else "") if word)
-    return f'<div class="{words}">{text}</div>'
+    where = f' data-cell="{cell}"' if cell else ""
+    return f'<div class="{words}"{where}>{text}</div>'
 
 
 def exercises(notebook):

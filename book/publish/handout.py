@@ -45,30 +45,6 @@ MARK_LINKS = """() => {
 #: Scenes keep their room and are not loaded.
 NO_SCENES = "window.IntersectionObserver = class { observe() {} unobserve() {} disconnect() {} };"
 
-#: Shows each scene in turn, far too large for no screen, and keeps the picture that it sends back.
-CAPTURE = """async () => {
-  const pictures = [];
-  for (const box of document.querySelectorAll(".omx-scene[data-scene]")) {
-    pictures.push(await new Promise((done) => {
-      const frame = document.createElement("iframe");
-      frame.setAttribute("sandbox", "allow-scripts");
-      frame.style.cssText = "position:fixed;left:0;top:0;width:960px;height:540px;border:0;z-index:9";
-      const hear = ({ data, source }) => {
-        if (source !== frame.contentWindow) return;
-        if (data.omx === "ready") setTimeout(() => source.postMessage({ omx: "capture" }, "*"), 250);
-        if (data.omx !== "captured") return;
-        window.removeEventListener("message", hear);
-        frame.remove();
-        done(data.url);
-      };
-      window.addEventListener("message", hear);
-      frame.srcdoc = window.omxPage(box);
-      document.body.append(frame);
-    }));
-  }
-  return pictures;
-}"""
-
 
 @functools.cache
 def browser():
@@ -116,16 +92,15 @@ def print_all(decks):
 
 
 def print_one(running, deck):
-    """Take the pictures of a deck's scenes, then print the deck with them."""
+    """Print a deck in each layout."""
     page = running.new_page(viewport={"width": 1280, "height": 720})
     page.set_default_timeout(PATIENCE_MS)
     page.add_init_script(NO_SCENES)
     try:
         page.goto(deck.as_uri() + "?print=slides")
         page.wait_for_selector("body[data-ready]")
-        pictures = page.evaluate(CAPTURE)
         for target, layout in zip(prints(deck), PRINTS.values(), strict=True):
-            page.evaluate("([layout, pictures]) => omxLay(layout, pictures)", [layout, pictures])
+            page.evaluate("omxLay", layout)
             page.evaluate(MARK_LINKS)
             data = page.pdf(prefer_css_page_size=True, print_background=True, tagged=True, outline=True)
             target.write_bytes(unstamped(data))

@@ -28,10 +28,9 @@ from book.chapters.normalise import read, write
 from book.chapters.student import Refused, student_copy
 from book.publish import notices, npm, site, start
 from book.setup import extra_envs
-from book.setup.paths import ROOT, Stop, child_environment
+from book.setup.paths import BUILD, ROOT, Stop, child_environment
 from omx.hardware.dynamixel.serial_line import ADAPTERS
 
-BUILD = ROOT / "build"
 SOURCE, LITE, WHEELS = BUILD / "lite-source", BUILD / "lite", BUILD / "lite-wheels"
 #: Pyodide itself, without its packages.
 CORE = ("pyodide.js", "pyodide.mjs", "pyodide.asm.js", "pyodide.asm.wasm", "python_stdlib.zip", "pyodide-lock.json")
@@ -189,8 +188,8 @@ def write_start_page(path):
     """A page that lists the chapters and says what will happen, in words, before anything large is loaded."""
     rows = []
     for chapter in runs.chapters():
-        title = next(words for cell in read(chapter)["cells"] for level, words in cells.headings(cell) if level == 1)
-        rows.append(f'<li><a href="lab/index.html?path={chapter.name}">{html.escape(title)}</a></li>')
+        title = html.escape(cells.title(read(chapter)))
+        rows.append(f'<li><a href="lab/index.html?path={chapter.name}">{title}</a></li>')
     page = (ROOT / "book/templates/lite.html").read_text(encoding="utf-8")
     script = (ROOT / "book/static/lite_work.js").read_text(encoding="utf-8")
     page = page.replace("{{rows}}", "\n".join(rows)).replace("{{script}}", script)

@@ -1,6 +1,7 @@
 """Prose, code and outputs of a notebook as the HTML of slides and of other pages without Sphinx."""
 
 import html
+import itertools
 import math
 import re
 from itertools import accumulate, groupby
@@ -14,7 +15,7 @@ from pygments.lexers import PythonLexer
 
 from book.chapters import cells
 from book.chapters.cells import text_of
-from book.publish import pages, slide_content
+from book.publish import pages, slide_code, slide_content
 
 MOST_LINES = 20
 EQUALS = re.compile(r"(?<=\\right\]) = (?=\\left\[)")
@@ -45,10 +46,12 @@ def code(source):
 
 
 def listed_code(source):
-    """Code whose lines, should one be too long for a slide, go on indented."""
-    before, inside, after = re.split(r"(?<=<span></span>)|(?=</pre>)", code(re.sub(r"\n{3,}", "\n\n", source)))
-    lines = [f'<span class="line">{line or " "}</span>' for line in inside.rstrip("\n").split("\n")]
-    return f"{before}{''.join(lines)}{after}"
+    """Code whose lines, should one be too long for a slide, go on indented; marked where a slide may end."""
+    before, inside, after = re.split(r"(?<=<span></span>)|(?=</pre>)", code(source))
+    begin = slide_code.beginnings(source)
+    kinds = ("line begins" if number in begin else "line" for number in itertools.count())
+    lines = zip(kinds, inside.rstrip("\n").split("\n"), strict=False)
+    return before + "".join(f'<span class="{kind}">{line or " "}</span>' for kind, line in lines) + after
 
 
 def result(output):

@@ -12,9 +12,8 @@ import subprocess
 import sys
 
 from book.setup.file_lock import one_at_a_time
-from book.setup.paths import ROOT, Stop
+from book.setup.paths import BUILD, ROOT, Stop
 
-BUILD = ROOT / "build"
 FLAGS = ("--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error")
 
 

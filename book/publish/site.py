@@ -20,7 +20,7 @@ from pathlib import Path
 
 from book.chapters import execute, runs
 from book.publish import handout, notices, npm, pages, slides, start
-from book.publish.shared import SHARED, share, update
+from book.publish.page_scripts import SHARED, share, update
 from book.setup.paths import BUILD, ROOT, Stop
 
 SITE, DOCTREES = BUILD / "site", BUILD / "doctrees"

@@ -3,10 +3,11 @@
     python -m book.publish.slide_lint                   # all decks in build/slides
     python -m book.publish.slide_lint build/slides/03*  # these
 
-Nothing leaves the slide, at most 75 words, no type under 18 of 720 pixels, no slide with only a heading, and no code
-without a sentence that says what it is for. Needs Chromium or Chrome.
+Nothing leaves the slide, at most 75 words, type large enough for what it shows (`LEAST`), no slide with only a heading,
+and no code without a sentence that says what it is for. Needs Chromium or Chrome.
 """
 
+import functools
 import sys
 from collections import Counter
 from pathlib import Path
@@ -14,10 +15,20 @@ from pathlib import Path
 from book.publish import handout
 from book.setup.paths import BUILD, Stop
 
-MOST_WORDS, SMALLEST_PX = 75, 18
+MOST_WORDS = 75
+#: The smallest type (of 720 px) that can be read with the slide 320 px wide, which is a screen from the last row; by
+#: what is set in it: where that stands, how small it may be, and what helps.
+LEAST = {
+    "code": (".code", 26, "cut its lines, or leave the cell to the page (slide_type skip) and say what it does"),
+    "printed text": (".output", 22, "print fewer columns or lines"),
+    "a formula": ("mjx-container", 22, "break it into two, or name a part of it"),
+    "a table": ("table:not(.omx-answer *)", 22, "fewer columns or words"),
+    "type": ("section", 18, "fewer words"),
+}
 
-#: What each slide shows, all fragments on: its size beyond the slide (px), words, smallest type (px), and of what kind.
-MEASURE = """() => {
+#: What each slide shows, all fragments on: its size beyond the slide (px), words, and the smallest type (px) of each
+#: of the kinds `least`, with the notebook's cell.
+MEASURE = """(least) => {
   Reveal.configure({ transition: "none" });
   const skipped = "aside, pre, mjx-container, svg, .omx-scene, .omx-plot, .omx-controls, .omx-note, .katex";
   const word = /[\\p{L}]/u;
@@ -34,7 +45,10 @@ MEASURE = """() => {
     const texts = seen.filter((c) => own(c) && !c.matches("sub, sup"));
     const formulas = [...slide.querySelectorAll("mjx-container")].filter((c) => !c.closest("aside"));
     const type = [...texts, ...formulas].map((c) => [parseFloat(getComputedStyle(c).fontSize), c]);
-    const [smallest, culprit] = type.reduce((a, b) => (b[0] < a[0] ? b : a), [99, null]);
+    const smallest = Object.entries(least).map(([kind, [where]]) => {
+      const [px, node] = type.filter(([, c]) => c.closest(where)).reduce((a, b) => (b[0] < a[0] ? b : a), [99, null]);
+      return [kind, { px, cell: node?.closest("[data-cell]")?.dataset.cell ?? "" }];
+    });
     const rect = (c) => c.getBoundingClientRect();
     const images = [...slide.querySelectorAll(".omx-scene, img:not(.omx-scene img)")].map((c) => [c, rect(c)]);
     const lines = seen.filter((c) => c.matches("p, li, pre, td, h1, h2, h3") && !c.closest(".omx-controls"));
@@ -51,7 +65,7 @@ MEASURE = """() => {
       below: Math.max(0, ...edges.map((e) => (e.bottom - box.top) / scale - 720)),
       right: Math.max(0, ...edges.map((e) => (e.right - box.left) / scale - 1280)),
       covered: images.some(([c, place]) => lines.some((line) => !c.contains(line) && !apart(place, rect(line)))),
-      cut: wide.length, words: all, smallest, culprit: culprit?.className || culprit?.tagName || "",
+      cut: wide.length, words: all, smallest: Object.fromEntries(smallest),
       bare: !words(clone) && !things.some((c) => !c.closest("aside, h1, h2, h3")),
       unsaid: !!slide.querySelector(".code") && !clone.querySelector("p, li, td"),
       notes: (slide.querySelector("aside.notes")?.textContent ?? "").split(/\\s+/).length - 1,
@@ -64,7 +78,10 @@ FAULTS = {
     "leaves the slide": lambda s: s["below"] > 1 or s["right"] > 1 or s["cut"],
     "words under a picture": lambda s: s["covered"],
     f"more than {MOST_WORDS} words": lambda s: s["words"] > MOST_WORDS,
-    f"type under {SMALLEST_PX} px": lambda s: s["smallest"] < SMALLEST_PX - 0.05,
+    **{
+        f"{kind} under {px} px": functools.partial(lambda kind, px, s: s["smallest"][kind]["px"] < px - 0.05, kind, px)
+        for kind, (_, px, _) in LEAST.items()
+    },
     "only a heading": lambda s: s["bare"],
     "code without a sentence": lambda s: s["unsaid"],
 }
@@ -77,15 +94,17 @@ def faults(slide):
 
 def measure(page):
     """What each slide of the deck shows that is open and ready in `page`, in order."""
-    return page.evaluate(MEASURE)
+    return page.evaluate(MEASURE, LEAST)
 
 
 def problems(name, slides):
-    """Lines `03-... slide 4 (its heading): what is wrong`, with what was measured."""
+    """Lines `03-... slide 4 (its heading): what is wrong`, with what was measured, or where it is and what helps."""
     for number, slide in enumerate(slides, 1):
         for fault in faults(slide):
-            seen = f"{slide['words']} words, {slide['smallest']:.1f} px ({slide['culprit']}), "
-            seen += f"{slide['below']:.0f} px below, {slide['right']:.0f} px right"
+            seen = f"{slide['words']} words, {slide['below']:.0f} px below, {slide['right']:.0f} px right"
+            if (kind := fault.partition(" under ")[0]) in LEAST:
+                small, (*_, advice) = slide["smallest"][kind], LEAST[kind]
+                seen = f"{small['px']:.1f} px{' in cell ' * bool(small['cell'])}{small['cell']}; {advice}"
             yield f"{name}, slide {number} ({slide['title'][:40]}): {fault}: {seen}"
 
 

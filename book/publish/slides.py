@@ -16,7 +16,7 @@ import sys
 import time
 
 from book.chapters import cells, execute, normalise, runs
-from book.publish import deck, handout, notices, npm, shared, slide_lint
+from book.publish import deck, handout, notices, npm, page_scripts, slide_code, slide_lint
 from book.setup.paths import ROOT, Stop
 
 SLIDES = ROOT / "build" / "slides"
@@ -29,7 +29,7 @@ def build(paths=None, folder=SLIDES):
     """Write the decks of these chapters (default: all) into `folder`; the paths of the decks."""
     libraries = npm.modules()
     runs.run_all(paths)
-    shared.share(libraries)
+    page_scripts.share(libraries)
     lay_out_libraries(libraries, folder / "lib")
     decks = [write(path, folder) for path in paths or runs.chapters()]
     write_list(folder)
@@ -41,7 +41,7 @@ def lay_out_libraries(libraries, lib):
     """What the decks load: reveal.js and MathJax from npm, the viewer, the kinematics, the house's own."""
     lib.mkdir(parents=True, exist_ok=True)
     sources = [libraries / name for name in LIBRARIES] + [ROOT / "book/static" / name for name in OWN]
-    sources += [shared.SHARED / name for name in SHARED]
+    sources += [page_scripts.SHARED / name for name in SHARED]
     for source in sources:
         shutil.copyfile(source, lib / source.name)
 
@@ -49,28 +49,28 @@ def lay_out_libraries(libraries, lib):
 def write(path, folder):
     """One chapter's deck; rewritten only when it changes, so that its handout stays current."""
     notebook = runs.merged(path)
+    return write_deck(cells.title(notebook), notebook, folder / f"{path.stem}.html")
+
+
+def write_deck(title, notebook, target):
+    """The deck of an executed notebook (parsed JSON), at the path `target`, which is returned."""
     page = (ROOT / "book/templates/deck.html").read_text(encoding="utf-8")
-    page = page.replace("{{title}}", html.escape(title(notebook))).replace("{{sections}}", deck.sections(notebook))
-    target = folder / f"{path.stem}.html"
-    shared.update(target, page.encode())
+    sections = deck.sections(slide_code.narrowed(notebook))
+    page = page.replace("{{title}}", html.escape(title)).replace("{{sections}}", sections)
+    page_scripts.update(target, page.encode())
     return target
-
-
-def title(notebook):
-    """The chapter's H1."""
-    return next(words for cell in notebook["cells"] for level, words in cells.headings(cell) if level == 1)
 
 
 def write_list(folder):
     """A page that lists the decks, with the time that each takes and what is printed of it."""
     rows = [row(path, folder) for path in runs.chapters() if (folder / f"{path.stem}.html").exists()]
     page = (ROOT / "book/templates/decks.html").read_text(encoding="utf-8")
-    shared.update(folder / "index.html", page.replace("{{rows}}", "\n".join(rows)).encode())
+    page_scripts.update(folder / "index.html", page.replace("{{rows}}", "\n".join(rows)).encode())
 
 
 def row(path, folder):
     notebook, target = runs.merged(path), folder / f"{path.stem}.html"
-    links = [f'<a href="{target.name}">{html.escape(title(notebook))}</a>', f"{deck.minutes(notebook):.0f} min"]
+    links = [f'<a href="{target.name}">{html.escape(cells.title(notebook))}</a>', f"{deck.minutes(notebook):.0f} min"]
     return f"<li>{' · '.join(links + handouts(target))}</li>"
 
 

@@ -7,7 +7,7 @@ skip, which meeting takes which chapter) stands in `book/teach/course.toml`, by 
 import math
 import re
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
@@ -93,11 +93,8 @@ class Chapter:
                 kind = "find the fault" if "broken" in tags else derive
                 found.append(Exercise(number, title, hard, minutes, 0, kind))
             elif "check" in tags and found:
-                last = found[-1]
-                found[-1] = Exercise(
-                    last.number, last.title, last.difficulty, last.minutes, last.points + POINTS, last.kind
-                )
-        return [e if e.points else Exercise(e.number, e.title, e.difficulty, e.minutes, 0, "in words") for e in found]
+                found[-1] = replace(found[-1], points=found[-1].points + POINTS)
+        return [e if e.points else replace(e, kind="in words") for e in found]
 
 
 def _titles(cell):

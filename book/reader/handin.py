@@ -19,7 +19,7 @@ from latex2mathml.converter import convert
 from book.chapters import execute, normalise
 from book.chapters.cells import headings, is_code, source, tags
 from book.chapters.student import title
-from book.publish import markup, pages, shared
+from book.publish import markup, page_scripts, pages
 from book.setup import names
 from book.setup.paths import ROOT, WORK, Stop
 from omx.display.viewer.html_export import write_site_script
@@ -86,7 +86,7 @@ def page(notebook, path, results, is_run):
     body = "\n".join(f'<section class="cell">{piece}</section>' for cell in cells if (piece := shown(cell)))
     template = (ROOT / "book" / "templates" / "handin.html").read_text(encoding="utf-8")
     values = {"title": html.escape(name), "about": f"{about}<table>{rows}</table>", "body": body, "scripts": scripts()}
-    styles = (ROOT / "book" / "static" / "house.css", shared.LIVE)
+    styles = (ROOT / "book" / "static" / "house.css", page_scripts.LIVE)
     values["house"] = "\n".join(style.read_text(encoding="utf-8") for style in styles)
     return re.sub(r"\{\{(\w+)\}\}", lambda found: values[found[1]], template)
 
@@ -130,8 +130,8 @@ def mathml(text):
 def scripts():
     """The scripts of the site, in the page: the viewer, the kinematics, the panels' sliders."""
     with tempfile.TemporaryDirectory() as folder:
-        parts = [write_site_script(folder).read_text(encoding="utf-8"), shared.kinematics()]
-    parts.append(shared.panels())
+        parts = [write_site_script(folder).read_text(encoding="utf-8"), page_scripts.kinematics()]
+    parts.append(page_scripts.panels())
     safe = [part.replace("</script", "<\\/script") for part in parts]
     return "\n".join(f"<script>{part}</script>" for part in safe)
 

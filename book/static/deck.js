@@ -5,8 +5,9 @@
   const style = getComputedStyle(document.documentElement);
   const size = (name) => parseFloat(style.getPropertyValue(name));
   const WIDTH = size("--width"), HEIGHT = size("--height"), EDGE = size("--edge"), BOTTOM = HEIGHT - size("--foot");
-  const TYPE = [[36, 24], [33, 23], [30, 22], [28, 21], [26, 20], [26, 18]]; // px of prose and of code, largest first
-  const MOST_WORDS = 75, FEW_WORDS = 20, SMALLEST_EQUATION = 20;
+  const TYPE = [[36, 34], [33, 32], [30, 30], [28, 28], [26, 26]]; // px of prose and of code, largest first
+  const TOO_SMALL = [[26, 24], [26, 22], [26, 20], [26, 18]]; // where nothing can be parted: slide_lint.py names it
+  const MOST_WORDS = 75, FEW_WORDS = 20, SMALLEST_EQUATION = 24, CODE = 26, PRINTED = 22;
   const LETTERS = 1.22; // a figure's letters have 14.7 px; so many times as large, the last row can read them
   const TEXT = "p, li, td, th, h1, h2, h3";
   const printing = new URLSearchParams(location.search).get("print");
@@ -49,12 +50,12 @@
     const [picture, more] = pictures(section);
     if (picture && !must && section.querySelector(".code")) return false; // each wants the whole width
     if (picture && !more) return beside(section) || above(section, must);
-    return picture ? above(section, must) : inType(section);
+    return picture ? above(section, must) : inType(section, must);
   }
 
   // The largest type in which everything stays on the slide.
-  function inType(section, widest = WIDTH - 2 * EDGE, scale = 0.5) {
-    return TYPE.some(([px, code]) => {
+  function inType(section, must, widest = WIDTH - 2 * EDGE, scale = 0.5) {
+    return [...TYPE, ...(must ? TOO_SMALL : [])].some(([px, code]) => {
       section.style.fontSize = `${px}px`;
       return narrow(section, widest, code) >= scale && bottom(section) <= BOTTOM;
     });
@@ -67,7 +68,7 @@
     for (const group of [code, ...printed.map((pre) => [pre])]) {
       for (const pre of group) pre.classList.remove("wrapped");
       for (const pre of group) pre.style.fontSize = `${most}px`;
-      const px = Math.max(Math.min(group === code ? 20 : 18, most), most * Math.min(1, ...group.map((pre) => 0.995 * pre.clientWidth / pre.scrollWidth)));
+      const px = Math.max(Math.min(group === code ? CODE : PRINTED, most), most * Math.min(1, ...group.map((pre) => 0.995 * pre.clientWidth / pre.scrollWidth)));
       for (const pre of group) {
         pre.style.fontSize = `${px}px`;
         if (pre.scrollWidth <= pre.clientWidth + 1) continue;
@@ -117,7 +118,7 @@
       section.style.setProperty("--picture-height", `${shape ? width * shape : Math.min(height, width * 0.85)}px`);
       section.style.setProperty("--picture-top", `${top}px`);
       section.style.setProperty("--text-width", `${room - width - 28}px`);
-      if (inType(section, room - width - 28, 0.85)) return true;
+      if (inType(section, false, room - width - 28, 0.85)) return true;
     }
     return leave();
     function leave() {
@@ -201,11 +202,11 @@
   function cut(section, unit) {
     apart(unit);
     const rest = element("div", "unit"), atoms = [...unit.querySelectorAll(":scope > .piece > *")];
-    const counts = atoms.map((node) => !heads(node));
+    const counts = atoms.map((node) => !heads(node)), shares = atoms.map((node) => node.offsetHeight);
     let kept = atoms.length;
     const move = () => {
       const atom = atoms[--kept], piece = atom.parentElement;
-      if (rest.firstElementChild?.from !== piece) rest.prepend(Object.assign(element("div", piece.className), { from: piece }));
+      if (rest.firstElementChild?.from !== piece) rest.prepend(Object.assign(piece.cloneNode(false), { from: piece }));
       rest.firstElementChild.prepend(atom);
       if (!piece.children.length) piece.remove();
     };
@@ -214,9 +215,10 @@
     if (kept === atoms.length) return null;
     const enough = (i) => atoms.slice(0, i).some((node) => !heads(node) && (!node.matches("p") || node.textContent.length > 100));
     const good = (i) => enough(i) && !heads(atoms[i - 1]) && !leads(atoms[i - 1], atoms[i]) && !isOne(atoms[i - 1], atoms[i]);
+    const isResult = (i) => atoms[i - 1].matches(".code") && !atoms[i].matches(".code"); // what code printed may follow it
     let best = kept;
     while (best > least && !good(best)) best--;
-    if (!good(best)) best = evenly(atoms, kept);
+    if (!good(best)) best = isResult(kept) ? kept : evenly(atoms, kept, shares);
     while (kept > best) move();
     fits(section, true);
     return rest;
@@ -225,19 +227,33 @@
   const leads = (node, next) => (node.matches("p, blockquote.lead") && !next.matches("p")) || (node.matches(".code") && !next.matches("p"));
   const isOne = (node, next) => (node.matches(".part") && next.matches(".part") && node.tagName === next.tagName);
   // Where a break is in the middle of a list, both halves get as much.
-  function evenly(atoms, kept) {
+  function evenly(atoms, kept, heights) {
     let [start, end] = [kept, kept];
-    while (start > 0 && atoms[start - 1].matches(".part")) start--;
-    while (end < atoms.length && atoms[end].matches(".part")) end++;
-    return end - start < 2 ? kept : Math.min(kept, Math.ceil((start + end) / 2));
+    while (start > 0 && isOne(atoms[start - 1], atoms[kept])) start--;
+    while (end < atoms.length && isOne(atoms[end], atoms[kept])) end++;
+    const upTo = (i) => heights.slice(start, i).reduce((a, b) => a + b, 0);
+    let half = start + 1;
+    while (half < kept && upTo(half) < upTo(end) / 2) half++;
+    return end - start < 2 ? kept : Math.min(kept, half);
   }
 
   // Lists, tables and long quotations can part between their items.
   function apart(unit) {
+    unit.querySelectorAll(".piece > .code").forEach(partCode);
     for (const list of unit.querySelectorAll(".piece > blockquote > :is(ul, ol)")) part(list, [...list.children]);
     for (const list of unit.querySelectorAll(".piece > :is(ul, ol, table, blockquote, .formulas)")) {
       part(list, [...(list.querySelector("tbody") ?? list).children].filter((item) => !item.matches("thead")));
     }
+  }
+  function partCode(code) {
+    const lines = [...code.querySelectorAll(".line")], starts = lines.filter((line, i) => !i || line.matches(".begins"));
+    if (starts.length < 2) return;
+    code.replaceWith(...starts.map((start, i) => {
+      const piece = code.cloneNode(true), upTo = lines.indexOf(starts[i + 1] ?? null);
+      piece.querySelector("pre").replaceChildren(...lines.slice(lines.indexOf(start), upTo < 0 ? lines.length : upTo));
+      piece.classList.add("part");
+      return piece;
+    }));
   }
   function part(list, items) {
     if (items.length < 2) return;
@@ -255,11 +271,12 @@
 
   // What has stayed beside its neighbours is one list, one table again.
   function together(section) {
-    for (const kind of ["blockquote", "ul", "ol", "table", ".formulas"]) {
+    for (const kind of [".code", "blockquote", "ul", "ol", "table", ".formulas"]) {
       for (const node of section.querySelectorAll(`${kind}.part`)) {
         const before = node.previousElementSibling;
         if (!before?.matches(`${kind}.part`)) continue;
-        before.append(...[...node.children].filter((child) => !child.matches("thead")));
+        const into = before.querySelector("pre") ?? before, from = node.querySelector("pre") ?? node;
+        into.append(...[...from.children].filter((child) => !child.matches("thead")));
         node.remove();
       }
     }
@@ -298,7 +315,8 @@
 
   // ---- on paper ------------------------------------------------------------------------------------------------
 
-  // The printer (handout.py) asks for each layout in turn; WebGL leaves a blank in print, so pictures stand in for scenes.
+  // The printer (handout.py) asks for each layout in turn. WebGL leaves a blank in print, and never draws the same bytes
+  // twice: the picture that was drawn with the page stands in for each scene.
   function onPaper(slides) {
     const said = slides.map((slide) => slide.querySelector("aside.notes"));
     const page = element("style", ""), main = document.querySelector("main");
@@ -306,10 +324,10 @@
     for (const node of [...said, document.querySelector("link[href$='reveal.css']"), ...document.querySelectorAll(".omx-poses")]) node.remove();
     document.head.append(page);
     main.className = "sheets";
-    window.omxLay = (layout, pictures = []) => {
-      document.querySelectorAll(".omx-scene[data-scene]").forEach((box, i) => {
-        if (pictures[i]) box.replaceChildren(Object.assign(new Image(), { src: pictures[i], alt: box.getAttribute("aria-label") }));
-      });
+    for (const box of document.querySelectorAll(".omx-scene[data-poster]")) {
+      box.replaceChildren(Object.assign(new Image(), { src: `data:image/webp;base64,${box.dataset.poster}`, alt: box.getAttribute("aria-label") }));
+    }
+    window.omxLay = (layout) => {
       document.documentElement.className = document.body.className = `on-paper print-${layout}`;
       page.textContent = `@page { size: ${sizes[layout]}; }`;
       main.replaceChildren(...slides.map((slide, i) => {

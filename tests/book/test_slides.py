@@ -1,12 +1,13 @@
 """Decks: what is for the screen stands there, the rest is said; solutions never show."""
 
+import ast
 import html
 import json
 import re
 
 import pytest
 
-from book.publish import deck, handout, markup, slide_content
+from book.publish import deck, handout, markup, slide_code, slide_content
 from tests.helpers.chapter import SOLUTION, chapter, code, markdown, printed
 
 SCENE = {
@@ -148,6 +149,33 @@ def test_a_scene_stands_without_its_code_and_a_number_with_it():
     assert "show" not in text
     assert "print" in text
     assert '<pre class="output">5</pre>' in text
+
+
+LONG = """poses = [omx.pose(q) for q in grid if omx.is_legal(q) and omx.clearance(q) > 5.0]  # what is worth a line here
+if poses:
+    # the first that is found
+    print(poses[0])
+else:
+    print("none")"""
+
+
+def test_code_on_a_slide_has_lines_that_fit_and_says_the_same():
+    notebook = {"cells": [code(LONG), markdown("# A")]}
+    cell, same = slide_code.narrowed(notebook)["cells"]
+    assert max(map(len, cell["source"].splitlines())) <= slide_code.COLUMNS
+    assert ast.dump(ast.parse(cell["source"])) == ast.dump(ast.parse(LONG))
+    assert cell["source"].splitlines()[0] == "# what is worth a line here"
+    assert cell["metadata"]["lines"] == 5
+    assert same == notebook["cells"][1]
+    assert notebook["cells"][0]["source"] == LONG
+
+
+def test_code_may_be_cut_where_a_statement_begins():
+    assert slide_code.beginnings(LONG) == {1}
+    assert slide_code.beginnings("half of (") == set()
+    text = sections(markdown("## A"), code(LONG))
+    assert text.count('class="line begins"') == 1
+    assert text.count('class="line') == 6
 
 
 def test_long_listings_are_cut_into_even_blocks_that_fit():

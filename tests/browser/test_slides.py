@@ -1,13 +1,17 @@
 """Decks in a browser: every slide passes the check, keys stay the speaker's, and handouts have the slides' numbers."""
 
+import os
 import re
+import shutil
 import subprocess
 import sys
 
 import pytest
 
 from book.publish import handout, site, slide_lint, slides
+from omx.display.viewer import View
 from tests.browser.weblook import is_blank, picture, served
+from tests.helpers.chapter import code, markdown
 
 CHAPTERS = sorted(path.stem for path in site.ROOT.glob("notebooks/*.ipynb"))
 SHOW = """(box) => {
@@ -60,6 +64,10 @@ WRONG = {
     "leaves the slide": "paragraph.style.marginTop = '900px'",
     "more than 75 words": "paragraph.append(' word'.repeat(80))",
     "type under 18 px": "paragraph.style.fontSize = '17px'",
+    "code under 26 px": "paragraph.innerHTML = '<span class=code><pre style=font-size:25px>x = 1</pre></span>'",
+    "printed text under 22 px": "paragraph.innerHTML = '<pre class=output style=font-size:21px>x = 1</pre>'",
+    "a formula under 22 px": "paragraph.innerHTML = '<mjx-container style=font-size:21px>x</mjx-container>'",
+    "a table under 22 px": "paragraph.innerHTML = '<table style=font-size:21px><tr><td>x</table>'",
     "only a heading": "for (const node of slide.querySelectorAll('.piece > :not(h2)')) node.remove()",
     "words under a picture": "const box = new Image(900, 500); box.style.position = 'absolute'; slide.prepend(box)",
 }
@@ -184,6 +192,31 @@ def test_handouts_have_the_slides_numbers_tags_and_pictures_of_the_scenes(built_
     assert handout.is_current(deck)
     (link,) = [line for line in slides.handouts(deck) if "notes" in line]
     assert link == '<a href="03-forward-kinematics-notes.pdf">with notes</a>'
+
+
+PRINT = """import sys
+from pathlib import Path
+from book.publish import handout
+handout.print_all([Path(sys.argv[1])])"""
+
+
+def test_a_deck_with_a_scene_prints_the_same_bytes_in_another_folder_and_time_zone(built_site, tmp_path):
+    view = View()
+    view.trail()
+    scene = {"output_type": "display_data", "metadata": {}, "data": {"text/html": view.static_html(shared=True)}}
+    cells = [markdown("# A\n\nA [link](02-frames-and-dh.ipynb) to another deck.\n\n| a |\n|-|\n| 1 |", "slide"),
+             code("2 + 3"), markdown("## B\n\nThe arm."), code("view", outputs=[scene])]  # fmt: skip
+    made = []
+    for folder, zone in (("one", "UTC"), ("two and more", "Asia/Kolkata")):
+        shutil.copytree(
+            built_site / "slides/lib", tmp_path / folder / "lib", ignore=shutil.ignore_patterns("*.printed")
+        )
+        path = slides.write_deck("A", {"cells": cells}, tmp_path / folder / "00-small.html")
+        environment = {**os.environ, "TZ": zone, "PYTHONHASHSEED": str(len(folder))}
+        subprocess.run([sys.executable, "-c", PRINT, path], cwd=site.ROOT, check=True, timeout=300, env=environment)
+        made.append([file.read_bytes() for file in (path, *handout.prints(path))])
+    assert all(data.count(b"/Subtype /Image") for data in made[0][1:])
+    assert made[0] == made[1]
 
 
 def pages(pdf):

@@ -10,7 +10,7 @@ from PIL import Image
 
 import omx
 from book.chapters import normalise
-from book.publish import shared
+from book.publish import page_scripts
 from book.reader import handin
 from omx import Chain, rotation
 from omx.analysis import Inverse
@@ -50,9 +50,9 @@ def write(folder, *bodies, script=""):
 def with_panels(folder, *panels):
     """A page with panels, as the site has them."""
     write_site_script(folder)
-    (folder / "omx-kinematics.js").write_text(shared.kinematics(), encoding="utf-8")
-    (folder / "omx-panels.js").write_text(shared.panels(), encoding="utf-8")
-    style = f"<style>{(shared.ROOT / 'book/static/house.css').read_text(encoding='utf-8')}</style>"
+    (folder / "omx-kinematics.js").write_text(page_scripts.kinematics(), encoding="utf-8")
+    (folder / "omx-panels.js").write_text(page_scripts.panels(), encoding="utf-8")
+    style = f"<style>{(page_scripts.ROOT / 'book/static/house.css').read_text(encoding='utf-8')}</style>"
     names = ("omx-view.js", "omx-kinematics.js", "omx-panels.js")
     scripts = "".join(f'<script src="{name}" defer></script>' for name in names)
     return write(folder, *(panel.static_html(shared=True) for panel in panels), script=style + scripts)

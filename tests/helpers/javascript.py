@@ -6,7 +6,7 @@ import subprocess
 
 import pytest
 
-from book.publish import shared
+from book.publish import page_scripts
 
 NODE = shutil.which("node")
 
@@ -15,7 +15,8 @@ def in_node(expression, arguments, more=""):
     """The value of a JavaScript expression for each of the arguments (`a`), with the site's kinematics (and `more`)."""
     if NODE is None:
         pytest.skip("node is not on this machine")
-    program = f"globalThis.window = {{}};\n{shared.kinematics()}\n{more}\nconst {{ fk, ik }} = window.OMX_KINEMATICS;\n"
+    program = f"globalThis.window = {{}};\n{page_scripts.kinematics()}\n{more}\n"
+    program += "const { fk, ik } = window.OMX_KINEMATICS;\n"
     program += f"console.log(JSON.stringify({json.dumps(arguments)}.map((a) => {expression})));"
     done = subprocess.run([NODE], input=program, capture_output=True, text=True, timeout=60, check=True)
     return json.loads(done.stdout)

@@ -1,4 +1,4 @@
-"""What site and slides share: MathJax, the 3-D viewer, the panels and the kinematics in JavaScript."""
+"""The scripts that pages, decks and hand-ins load: MathJax, 3-D viewer, panels, the kinematics in JavaScript."""
 
 import shutil
 from pathlib import Path
