@@ -269,7 +269,7 @@ class Driver:
 
     def stiffen(self) -> None:
         """Back into position mode, joint by joint."""
-        if self.torque:
+        if self.torque and self.servos.soft:
             self.watcher.alone(self.servos.stiffen)
 
     def halt(self) -> None:
@@ -458,9 +458,10 @@ class Driver:
             again(self.bus.check_hardware, [GRIPPER_ID])
             self.rescue.catch([GRIPPER_ID])
         try:
+            self.gripper.prepare(force, seconds)
             with self.brake.lock:
                 self.brake.refuse_if_latched()
-                self.gripper.close_to(servo_angle, force, seconds)
+                self.gripper.close_to(servo_angle, seconds)
                 self.brake.refuse_if_latched()
         except (KeyboardInterrupt, Stopped) as error:
             self.broken_off(error)

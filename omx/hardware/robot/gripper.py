@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 from ...arm import (
     FINGER_PER_RAD,
-    GRIP_FORCE,
     GRIP_FORCES,
     GRIP_TORQUE_PER_N,
     GRIPPER_ID,
@@ -55,14 +54,17 @@ class Gripper:
         self._held: float | None = None  # where the fingers stood when they held something
         self._standing = 0.0  # the time from which on they should stand
 
-    def close_to(self, angle: float, force: float = GRIP_FORCE, seconds: float = 0.7) -> None:
-        """Turn to `angle` (rad; negative opens) with at most `force` N, whichever way its drive mode counts."""
+    def prepare(self, force: float, seconds: float) -> None:
+        """From its next goal on it presses with at most `force` N, and takes `seconds` to get there."""
         low, high = GRIP_FORCES
         force = as_number(force, "force", f"{low:.0f} .. {high:.0f} N", low, high)
         milliamps = (force * GRIP_TORQUE_PER_N + FRICTION) / TORQUE_PER_MA
-        self.goal, self._held = angle, None
         self.servos.slow(GRIPPER_ID, seconds)
         self.servos.put(GRIPPER_ID, "goal_current", units.CURRENT.raw(milliamps))
+
+    def close_to(self, angle: float, seconds: float) -> None:
+        """Turn to `angle` (rad; negative opens) in the `seconds` prepared, whichever way its drive mode counts."""
+        self.goal, self._held = angle, None
         self.servos.put(GRIPPER_ID, "goal_position", units.POSITION.raw(self._sense() * angle))
         self._standing = self.clock.now() + seconds
 
