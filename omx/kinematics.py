@@ -5,6 +5,7 @@ the last link above the horizontal, -(q2 + q3 + q4). Derived in chapters 03, 05 
 """
 
 import warnings
+from functools import lru_cache
 from math import nan, pi, remainder, tau
 from pathlib import Path
 from typing import NamedTuple
@@ -100,12 +101,14 @@ class IKSolution(Four):
     @property
     def missing(self) -> float:
         """How far (mm) the wrist is out of reach; 0 if it is not."""
-        return 0.0 if self.q is not None else _ik.missing(*self._asked)[not self.front]
+        return 0.0 if self.q is not None else _missing(self._asked)[not self.front]
 
     @property
     def violations(self) -> tuple[Violation, ...]:
         """Each joint that is outside its limits."""
-        return () if self.q is None else limit_violations(self.q, self._limits, slack=LIMIT_SLACK)
+        if self.q is None or _inside(self.q, self._limits):
+            return ()
+        return limit_violations(self.q, self._limits, slack=LIMIT_SLACK)
 
     @property
     def legal(self) -> bool:
@@ -279,6 +282,12 @@ def _asked(target, geometry):
     """
     x, y, z, pitch = target
     return (x + 0.0, y + 0.0, z, remainder(pitch, tau), *geometry.values)
+
+
+@lru_cache(maxsize=4)
+def _missing(asked) -> tuple[float, float]:
+    """How far (mm) front and back are out of reach: two branches have the same, and want it one after the other."""
+    return _ik.missing(*asked)
 
 
 def _branches(target, geometry, limits):
