@@ -10,6 +10,9 @@ from .dh import Chain
 from .errors import BadInput, OmxError
 from .generated import fk as _fk
 
+#: No length (mm) of an arm is larger: its square, and that of a place beyond it, stay finite.
+LONGEST = 1e6
+
 
 class Geometry:
     """Named lengths (mm) and angles (rad) of an arm, read as attributes: `COURSE.L2`. Immutable.
@@ -32,7 +35,7 @@ class Geometry:
         if wrong:
             wanted = ", ".join(_fk.PARAMETERS)
             raise BadInput(f"geometry `{name}` must give {wanted}; wrong or missing: {', '.join(wrong)}.")
-        ordered = {key: as_number(lengths[key], key, f"a finite number in {_unit(key)}") for key in _fk.PARAMETERS}
+        ordered = {key: _as_length(lengths[key], key) for key in _fk.PARAMETERS}
         self.__dict__.update(ordered, name=name, values=tuple(ordered.values()), _lengths=ordered)
 
     def __setattr__(self, key, value):
@@ -81,8 +84,11 @@ def as_arm(value) -> Geometry | Chain:
     return value if isinstance(value, Chain) else as_geometry(value)
 
 
-def _unit(key: str) -> str:
-    return "rad" if key == "delta" else "mm"
+def _as_length(value, key: str) -> float:
+    """A number that an arm may have: a negative L2 or L3 would make a wrong ring of what is within reach."""
+    if key.startswith("L"):
+        return as_number(value, key, f"a finite number in mm, 0 to {LONGEST:.0e}", 0.0, LONGEST)
+    return as_number(value, key, f"a finite number in {'rad' if key == 'delta' else 'mm'}", -LONGEST, LONGEST)
 
 
 #: The lengths that the course's drawing gives, and that chapter 03 wrote.
