@@ -17,11 +17,13 @@ LONGEST = 1e6
 class Geometry:
     """Named lengths (mm) and angles (rad) of an arm, read as attributes: `COURSE.L2`. Immutable.
 
-    `values` holds them in the order in which the generated functions take them.
+    `values` holds them in the order in which the generated functions take them. `backwards`: the lengths L... below 0,
+    with which an arm has forward kinematics, but no inverse here.
     """
 
     name: str
     values: tuple[float, ...]
+    backwards: tuple[str, ...]
     _lengths: dict[str, float]
 
     if TYPE_CHECKING:  # a reader's table may have other lengths than L1 .. L4 and delta
@@ -36,7 +38,8 @@ class Geometry:
             wanted = ", ".join(_fk.PARAMETERS)
             raise BadInput(f"geometry `{name}` must give {wanted}; wrong or missing: {', '.join(wrong)}.")
         ordered = {key: _as_length(lengths[key], key) for key in _fk.PARAMETERS}
-        self.__dict__.update(ordered, name=name, values=tuple(ordered.values()), _lengths=ordered)
+        backwards = tuple(key for key, value in ordered.items() if key.startswith("L") and value < 0)
+        self.__dict__.update(ordered, name=name, values=tuple(ordered.values()), backwards=backwards, _lengths=ordered)
 
     def __setattr__(self, key, value):
         raise AttributeError(f"a Geometry does not change; make another with .replace({key}={value!r}).")
@@ -85,9 +88,6 @@ def as_arm(value) -> Geometry | Chain:
 
 
 def _as_length(value, key: str) -> float:
-    """A number that an arm may have: a negative L2 or L3 would make a wrong ring of what is within reach."""
-    if key.startswith("L"):
-        return as_number(value, key, f"a finite number in mm, 0 to {LONGEST:.0e}", 0.0, LONGEST)
     return as_number(value, key, f"a finite number in {'rad' if key == 'delta' else 'mm'}", -LONGEST, LONGEST)
 
 

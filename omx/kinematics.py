@@ -210,7 +210,7 @@ def ik(pose, geometry: Geometry = COURSE, limits=LIMITS):
     """
     target = as_four_or_rows(pose, "pose", TASK_POSE)
     if geometry is not COURSE:
-        as_geometry(geometry)
+        _invertible(geometry)
     if limits is not LIMITS:
         limits = as_limits(limits, 4)
     if type(target) is tuple:
@@ -233,7 +233,7 @@ def solve_ik(pose, start=HOME, geometry: Geometry = COURSE, limits=LIMITS) -> IK
     target = as_four(pose, "pose", TASK_POSE)
     start = as_four(start, "start", JOINT_ANGLES)
     if geometry is not COURSE:
-        as_geometry(geometry)
+        _invertible(geometry)
     if limits is not LIMITS:
         limits = as_limits(limits, 4)
     solutions = _branches(target, geometry, limits)
@@ -272,6 +272,12 @@ def _many(poses, geometry, limits) -> Branches:
         _ik_block(columns, geometry, limits, q[..., piece], reachable[:, piece], legal[:, piece])
     found = q.transpose(2, 0, 1), reachable.T, legal.T
     return Branches(*(part.reshape(*poses.shape[:-1], *part.shape[1:]) for part in found))
+
+
+def _invertible(geometry) -> None:
+    """`BadInput` for an arm with a length below 0: what is within reach of it is another ring."""
+    if as_geometry(geometry).backwards:
+        raise BadInput(f"{geometry} has no inverse here: {', '.join(geometry.backwards)} must not be below 0.")
 
 
 def _asked(target, geometry):
