@@ -70,6 +70,9 @@ class Branches(NamedTuple):
     legal: np.ndarray
 
 
+#: The end of a turn that does not belong to it: angles are in (-pi, pi].
+_OPEN_END = -pi
+
 #: Makes a Pose in half the time that calling `Pose(...)` takes.
 _new = tuple.__new__
 
@@ -165,7 +168,7 @@ def pose(q, geometry: Geometry = COURSE):
     if type(q) is not tuple:
         return _foreign(_fk.pose_batch, q, geometry) if is_foreign(q) else _pose_batch(q, geometry)
     found = _fk.pose(*(q + geometry.values))
-    return _new(Pose, found if found[3] > -pi else (*found[:3], pi))
+    return _new(Pose, found if found[3] > _OPEN_END else (*found[:3], pi))
 
 
 def frames(q, geometry: Geometry = COURSE) -> np.ndarray:
