@@ -114,6 +114,8 @@ def as_four_or_rows(value, name: str, wanted: str, many: bool = True):
         four: tuple = ()
         if value.__class__ is tuple:
             four = value
+        elif value.__class__ is list:
+            four = tuple(value)
         elif value.__class__ is np.ndarray and value.ndim == 1:
             four = tuple(value.tolist())
         elif isinstance(value, _ORDERED):
@@ -124,7 +126,7 @@ def as_four_or_rows(value, name: str, wanted: str, many: bool = True):
         if a.__class__ is float and b.__class__ is float and c.__class__ is float and d.__class__ is float:
             if abs(a + b + c + d) < HUGE:
                 return four
-        elif {*map(type, four)} <= _PLAIN and abs(a + b + c + d) < HUGE:
+        elif {type(a), type(b), type(c), type(d)} <= _PLAIN and abs(a + b + c + d) < HUGE:
             return float(a), float(b), float(c), float(d)
     except (TypeError, ValueError, OverflowError):  # not four numbers: a batch, or a mistake that `as_rows` explains
         pass

@@ -63,7 +63,7 @@ class Chain:
         self.names = tuple(default) if names is None else _as_names(names, len(self.rows))
         prismatic = [row.prismatic for row in self.rows]
         self.limits = None if limits is None else as_limits(limits, len(self.rows), prismatic)
-        self.name = str(name)
+        self.name = name if isinstance(name, str) else shown(name)
         self.base, self.tool = as_transform(base, "base"), as_transform(tool, "tool")
         for i, row in enumerate(self.rows, start=1):
             _refuse_variables(row, i, self.names)

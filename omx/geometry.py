@@ -10,15 +10,20 @@ from .dh import Chain
 from .errors import BadInput, OmxError
 from .generated import fk as _fk
 
+#: No length (mm) of an arm is larger: its square, and that of a place beyond it, stay finite.
+LONGEST = 1e6
+
 
 class Geometry:
     """Named lengths (mm) and angles (rad) of an arm, read as attributes: `COURSE.L2`. Immutable.
 
-    `values` holds them in the order in which the generated functions take them.
+    `values` holds them in the order in which the generated functions take them. `backwards`: the lengths L... below 0,
+    with which an arm has forward kinematics, but no inverse here.
     """
 
     name: str
     values: tuple[float, ...]
+    backwards: tuple[str, ...]
     _lengths: dict[str, float]
 
     if TYPE_CHECKING:  # a reader's table may have other lengths than L1 .. L4 and delta
@@ -32,8 +37,9 @@ class Geometry:
         if wrong:
             wanted = ", ".join(_fk.PARAMETERS)
             raise BadInput(f"geometry `{name}` must give {wanted}; wrong or missing: {', '.join(wrong)}.")
-        ordered = {key: as_number(lengths[key], key, f"a finite number in {_unit(key)}") for key in _fk.PARAMETERS}
-        self.__dict__.update(ordered, name=name, values=tuple(ordered.values()), _lengths=ordered)
+        ordered = {key: _as_length(lengths[key], key) for key in _fk.PARAMETERS}
+        backwards = tuple(key for key, value in ordered.items() if key.startswith("L") and value < 0)
+        self.__dict__.update(ordered, name=name, values=tuple(ordered.values()), backwards=backwards, _lengths=ordered)
 
     def __setattr__(self, key, value):
         raise AttributeError(f"a Geometry does not change; make another with .replace({key}={value!r}).")
@@ -81,8 +87,8 @@ def as_arm(value) -> Geometry | Chain:
     return value if isinstance(value, Chain) else as_geometry(value)
 
 
-def _unit(key: str) -> str:
-    return "rad" if key == "delta" else "mm"
+def _as_length(value, key: str) -> float:
+    return as_number(value, key, f"a finite number in {'rad' if key == 'delta' else 'mm'}", -LONGEST, LONGEST)
 
 
 #: The lengths that the course's drawing gives, and that chapter 03 wrote.

@@ -5,6 +5,7 @@ the last link above the horizontal, -(q2 + q3 + q4). Derived in chapters 03, 05 
 """
 
 import warnings
+from functools import lru_cache
 from math import nan, pi, remainder, tau
 from pathlib import Path
 from typing import NamedTuple
@@ -69,6 +70,9 @@ class Branches(NamedTuple):
     legal: np.ndarray
 
 
+#: The end of a turn that does not belong to it: angles are in (-pi, pi].
+_OPEN_END = -pi
+
 #: Makes a Pose in half the time that calling `Pose(...)` takes.
 _new = tuple.__new__
 
@@ -100,12 +104,14 @@ class IKSolution(Four):
     @property
     def missing(self) -> float:
         """How far (mm) the wrist is out of reach; 0 if it is not."""
-        return 0.0 if self.q is not None else _ik.missing(*self._asked)[not self.front]
+        return 0.0 if self.q is not None else _missing(self._asked)[not self.front]
 
     @property
     def violations(self) -> tuple[Violation, ...]:
         """Each joint that is outside its limits."""
-        return () if self.q is None else limit_violations(self.q, self._limits, slack=LIMIT_SLACK)
+        if self.q is None or _inside(self.q, self._limits):
+            return ()
+        return limit_violations(self.q, self._limits, slack=LIMIT_SLACK)
 
     @property
     def legal(self) -> bool:
@@ -162,7 +168,7 @@ def pose(q, geometry: Geometry = COURSE):
     if type(q) is not tuple:
         return _foreign(_fk.pose_batch, q, geometry) if is_foreign(q) else _pose_batch(q, geometry)
     found = _fk.pose(*(q + geometry.values))
-    return _new(Pose, found if found[3] > -pi else (*found[:3], pi))
+    return _new(Pose, found if found[3] > _OPEN_END else (*found[:3], pi))
 
 
 def frames(q, geometry: Geometry = COURSE) -> np.ndarray:
@@ -207,7 +213,7 @@ def ik(pose, geometry: Geometry = COURSE, limits=LIMITS):
     """
     target = as_four_or_rows(pose, "pose", TASK_POSE)
     if geometry is not COURSE:
-        as_geometry(geometry)
+        _invertible(geometry)
     if limits is not LIMITS:
         limits = as_limits(limits, 4)
     if type(target) is tuple:
@@ -230,7 +236,7 @@ def solve_ik(pose, start=HOME, geometry: Geometry = COURSE, limits=LIMITS) -> IK
     target = as_four(pose, "pose", TASK_POSE)
     start = as_four(start, "start", JOINT_ANGLES)
     if geometry is not COURSE:
-        as_geometry(geometry)
+        _invertible(geometry)
     if limits is not LIMITS:
         limits = as_limits(limits, 4)
     solutions = _branches(target, geometry, limits)
@@ -271,6 +277,12 @@ def _many(poses, geometry, limits) -> Branches:
     return Branches(*(part.reshape(*poses.shape[:-1], *part.shape[1:]) for part in found))
 
 
+def _invertible(geometry) -> None:
+    """`BadInput` for an arm with a length below 0: what is within reach of it is another ring."""
+    if as_geometry(geometry).backwards:
+        raise BadInput(f"{geometry} has no inverse here: {', '.join(geometry.backwards)} must not be below 0.")
+
+
 def _asked(target, geometry):
     """What the formulas take of a pose and the lengths.
 
@@ -279,6 +291,12 @@ def _asked(target, geometry):
     """
     x, y, z, pitch = target
     return (x + 0.0, y + 0.0, z, remainder(pitch, tau), *geometry.values)
+
+
+@lru_cache(maxsize=4)
+def _missing(asked) -> tuple[float, float]:
+    """How far (mm) front and back are out of reach: two branches have the same, and want it one after the other."""
+    return _ik.missing(*asked)
 
 
 def _branches(target, geometry, limits):

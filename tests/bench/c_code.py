@@ -7,7 +7,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-HEADER = "#include <math.h>\nstatic const double tau = 6.283185307179586, pi = 3.141592653589793;\n"
+HEADER = "#include <math.h>\n#define pi 3.141592653589793\n#define tau 6.283185307179586\n"
 WORDS = {"max": "fmax", "min": "fmin", "abs": "fabs"}
 
 

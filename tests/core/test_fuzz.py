@@ -141,10 +141,10 @@ HELPERS = {
     "Arc", "ArmSection", "BranchMap", "Branches", "Calibration", "Capsule", "Coordinates", "Counts", "Executor",
     "Four", "Grid", "IKSolution", "Iteration", "Limits", "Path", "Pattern", "PitchMap", "Pose", "RPY", "Scaling",
     "Section", "Solution", "Trajectory", "Violation", "as_count", "as_floats", "as_four", "as_four_or_rows",
-    "as_limits", "as_number", "as_rows", "boundary_loops", "capsules", "clipped", "cpu_count", "directions", "distance",
-    "evaluated", "exact_angle", "fill", "gaps", "in_blocks", "in_line", "is_foreign", "joints", "limit_violations",
-    "link_matrix", "link_rows", "namespace", "real_points", "shown", "solve_along", "spline", "stacked", "stale",
-    "stratified", "uniform", "usable", "warn_if_stale", "wrap",
+    "as_limits", "as_number", "as_rows", "as_transform", "boundary_loops", "capsules", "clipped", "cpu_count",
+    "directions", "distance", "evaluated", "exact_angle", "fill", "gaps", "in_blocks", "in_line", "is_foreign",
+    "joints", "limit_violations", "link_matrix", "link_rows", "namespace", "real_points", "shown", "slip_of_unit",
+    "solve_along", "spline", "stacked", "stale", "stratified", "uniform", "usable", "warn_if_stale", "wrap",
 }  # fmt: skip
 METHODS = {
     f"{label}.{name}": getattr(thing, name)

@@ -102,6 +102,7 @@ def test_replace_names_what_it_makes():
         ({**LENGTHS, "L2": None}, "`L2` must be a finite number"),
         ({**LENGTHS, "delta": float("nan")}, "`delta` must be a finite number"),
         ({**LENGTHS, "L1": float("inf")}, "`L1` must be a finite number"),
+        ({**LENGTHS, "L3": 1e160}, "`L3` must be a finite number"),
     ],
 )
 def test_a_wrong_length_is_named(lengths, message):

@@ -454,6 +454,17 @@ def test_an_arm_without_a_link_has_no_inverse_and_says_so(link, pose):
         omx.ik(pose, omx.COURSE.replace(**{link: 0}))
 
 
+@pytest.mark.parametrize("function", [omx.ik, omx.solve_ik])
+def test_an_arm_with_a_length_below_0_has_none_either(function):
+    """It would answer in reach, but its missing distance would be that of another ring."""
+    backwards = COURSE.replace(L2=-130.0)
+    assert omx.pose(HOME, backwards)
+    with pytest.raises(omx.BadInput, match="has no inverse here: L2 must not be below 0"):
+        function((200, 0, 150, 0), geometry=backwards)
+    with pytest.raises(omx.BadInput, match="L2 must not be below 0"):
+        omx.ik_batch([(200, 0, 150, 0)], backwards)
+
+
 def test_the_start_must_be_four_angles():
     with pytest.raises(omx.BadInput, match=r"`start` must be the four joint angles in rad, .* got shape \(2,\)"):
         omx.solve_ik((200, 0, 150, 0), start=(0, 0))
