@@ -122,7 +122,10 @@ def hand_over(arguments):
         return wait_for(arguments)
     sys.stdout.flush()
     os.chdir(ROOT)
-    os.execve(PYTHON, [str(PYTHON), *arguments], child_environment())
+    try:
+        os.execve(PYTHON, [str(PYTHON), *arguments], child_environment())
+    except OSError as error:
+        raise Stop(f"{PYTHON} does not start ({error.strerror}); `python run.py repair` mends it.") from error
 
 
 def wait_for(arguments):

@@ -532,9 +532,31 @@ def test_a_package_that_does_not_exist(clone):
     assert clone.run("test").returncode == 0
 
 
-def test_environment_missing(clone):
+@pytest.mark.parametrize("content", [None, b"", bytes(range(256)), "pytest==1.0\n".encode("utf-16")])
+def test_environment_missing_or_no_text(clone, content):
     (clone.root / "environment.txt").unlink()
-    assert "environment.txt is missing" in one_sentence(clone.run("test"))
+    if content is not None:
+        (clone.root / "environment.txt").write_bytes(content)
+    assert "environment.txt is missing beside run.py, or is no text" in one_sentence(clone.run("test"))
+
+
+def test_hashes_that_cannot_be_read_are_left_aside(clone):
+    (clone.root / "book" / "setup" / "hashes.txt").write_bytes(bytes(range(256)))
+    assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest -n 2"
+
+
+@pytest.mark.skipif(paths.WINDOWS, reason="permissions are POSIX")
+def test_a_python_that_does_not_start_is_made_anew(clone):
+    assert clone.run("test").returncode == 0
+    clone.python.unlink()
+    clone.python.mkdir()
+    assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest -n 2"
+    clone.python.unlink()
+    clone.python.write_text("no program")
+    clone.python.chmod(0o755)
+    assert "does not start (Exec format error); `python run.py repair` mends it" in one_sentence(clone.run("test"))
+    assert clone.run("repair").returncode == 0
+    assert clone.run("test").stdout == "tiny pytest -n 2\n"
 
 
 def test_unknown_command(clone):
