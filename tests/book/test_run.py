@@ -434,6 +434,15 @@ def test_closed_streams_do_not_matter(clone, closed):
     assert (clone.root / "ran").exists()
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="Linux has this device")
+@pytest.mark.parametrize(("where", "said"), [("| true", ""), ("> /dev/full", "It stops here ([Errno 28] No space left")])
+def test_a_list_that_nobody_reads_ends_without_a_traceback(clone, where, said):
+    words = ["sh", "-c", f'"$0" "$1" {where}', base_python(), str(clone.root / "run.py")]
+    error = subprocess.run(words, env=clone.environment(), check=False, capture_output=True, text=True).stderr
+    assert said in error
+    assert len(error.splitlines()) <= 1
+
+
 @pytest.mark.skipif(paths.WINDOWS, reason="Windows has a profile instead of HOME")
 @pytest.mark.parametrize("home", ["missing", "a file"])
 def test_without_a_home_folder_there_is_one_in_the_environment(clone, tmp_path, home):
