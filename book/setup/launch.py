@@ -50,16 +50,21 @@ def main(argv):
     """Run one command line; the exit status."""
     open_streams()
     commands = {command.name: command for command in COMMANDS if (ROOT / command.needs).exists()}
-    if not argv or argv[0] in ("-h", "--help", "help"):
-        print("usage: python run.py COMMAND [...]\n")
-        print("\n".join(f"  {command.name:<13}{command.help}" for command in commands.values()))
-        return 0
     try:
+        if not argv or argv[0] in ("-h", "--help", "help"):
+            listed = "\n".join(f"  {command.name:<13}{command.help}" for command in commands.values())
+            print(f"usage: python run.py COMMAND [...]\n\n{listed}", flush=True)
+            return 0
         if argv[0] not in commands:
             raise Stop(f"There is no command {argv[0]!r}; the commands are {', '.join(commands)}.")
         return run(commands[argv[0]], argv[1:])
     except Stop as stop:
         print(f"run.py: {stop}", file=sys.stderr)
+        return 1
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is left unsaid must not be an error again at the end
+        if not isinstance(error, BrokenPipeError):  # whoever read along has gone
+            print(f"run.py: It stops here ({error}).", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print("\nrun.py: Interrupted; the same command takes it up again.", file=sys.stderr)
@@ -122,7 +127,10 @@ def hand_over(arguments):
         return wait_for(arguments)
     sys.stdout.flush()
     os.chdir(ROOT)
-    os.execve(PYTHON, [str(PYTHON), *arguments], child_environment())
+    try:
+        os.execve(PYTHON, [str(PYTHON), *arguments], child_environment())
+    except OSError as error:
+        raise Stop(f"{PYTHON} does not start ({error.strerror}); `python run.py repair` mends it.") from error
 
 
 def wait_for(arguments):

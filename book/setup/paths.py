@@ -62,9 +62,9 @@ def package_of(line):
 
 def pins(path):
     """The (package, version) pairs that a requirements file pins."""
-    lines = path.read_text(encoding="utf-8").splitlines()
+    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     return {
-        (package_of(line), re.search(r"==([^ ;]+)", line)[1]) for line in lines if package_of(line) and "==" in line
+        (package_of(line), re.search(r"==([^ ;]*)", line)[1]) for line in lines if package_of(line) and "==" in line
     }
 
 
@@ -84,7 +84,7 @@ def missing():
     """What set-up installed and is not there as it was: its dist-info folders; None without a complete set-up."""
     try:
         first, *wanted = STAMP.read_text(encoding="utf-8").splitlines()
-        if first == fingerprint() and PYTHON.exists():
+        if first == fingerprint() and PYTHON.is_file() and os.access(PYTHON, os.X_OK):
             return sorted(set(wanted) - set(installed()))
     except (OSError, ValueError):
         pass

@@ -49,8 +49,8 @@ def set_up(repair=False):
     if unfit := unfit_path(str(ROOT)):
         raise Stop(f"The book's folder, {str(ROOT)!a}, {unfit}: give the folder another name or place.")
     try:
-        if not ENVIRONMENT.exists():
-            raise Stop("environment.txt is missing beside run.py; restore it from the repository.")
+        if not is_text(ENVIRONMENT):
+            raise Stop("environment.txt is missing beside run.py, or is no text; restore it from the repository.")
         with one_at_a_time(ENVIRONMENT, "Another set-up is at work in this folder; waiting for it ...") as lock:
             if VENV.is_file() or (VENV.is_symlink() and not VENV.exists()):
                 VENV.unlink()
@@ -86,6 +86,14 @@ def reason(repair):
     if repair:
         return "Looking at .venv: whatever is missing or not whole is put in its place."
     return "Completing .venv: environment.txt has changed, or an earlier set-up was cut short."
+
+
+def is_text(path):
+    """Is there a file of UTF-8 at this path?"""
+    try:
+        return path.is_file() and bool(path.read_text(encoding="utf-8"))
+    except ValueError:
+        return False
 
 
 def unfit_path(path):

@@ -434,6 +434,15 @@ def test_closed_streams_do_not_matter(clone, closed):
     assert (clone.root / "ran").exists()
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="Linux has this device")
+@pytest.mark.parametrize(("where", "said"), [("| true", ""), ("> /dev/full", "It stops here ([Errno 28] No space")])
+def test_a_list_that_nobody_reads_ends_without_a_traceback(clone, where, said):
+    words = ["sh", "-c", f'"$0" "$1" {where}', base_python(), str(clone.root / "run.py")]
+    error = subprocess.run(words, env=clone.environment(), check=False, capture_output=True, text=True).stderr
+    assert said in error
+    assert len(error.splitlines()) <= 1
+
+
 @pytest.mark.skipif(paths.WINDOWS, reason="Windows has a profile instead of HOME")
 @pytest.mark.parametrize("home", ["missing", "a file"])
 def test_without_a_home_folder_there_is_one_in_the_environment(clone, tmp_path, home):
@@ -532,9 +541,31 @@ def test_a_package_that_does_not_exist(clone):
     assert clone.run("test").returncode == 0
 
 
-def test_environment_missing(clone):
+@pytest.mark.parametrize("content", [None, b"", bytes(range(256)), "pytest==1.0\n".encode("utf-16")])
+def test_environment_missing_or_no_text(clone, content):
     (clone.root / "environment.txt").unlink()
-    assert "environment.txt is missing" in one_sentence(clone.run("test"))
+    if content is not None:
+        (clone.root / "environment.txt").write_bytes(content)
+    assert "environment.txt is missing beside run.py, or is no text" in one_sentence(clone.run("test"))
+
+
+def test_hashes_that_cannot_be_read_are_left_aside(clone):
+    (clone.root / "book" / "setup" / "hashes.txt").write_bytes(bytes(range(256)))
+    assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest -n 2"
+
+
+@pytest.mark.skipif(paths.WINDOWS, reason="permissions are POSIX")
+def test_a_python_that_does_not_start_is_made_anew(clone):
+    assert clone.run("test").returncode == 0
+    clone.python.unlink()
+    clone.python.mkdir()
+    assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest -n 2"
+    clone.python.unlink()
+    clone.python.write_text("no program")
+    clone.python.chmod(0o755)
+    assert "does not start (Exec format error); `python run.py repair` mends it" in one_sentence(clone.run("test"))
+    assert clone.run("repair").returncode == 0
+    assert clone.run("test").stdout == "tiny pytest -n 2\n"
 
 
 def test_unknown_command(clone):
