@@ -1,6 +1,7 @@
 """House rules that a machine can check, over every file of the repository."""
 
 import ast
+import pkgutil
 import re
 import subprocess
 import sys
@@ -136,6 +137,21 @@ def test_all_that_is_pinned_is_installed_as_pinned():
         wanted = packaging.requirements.Requirement(line.split("  #")[0])
         if wanted.marker is None or wanted.marker.evaluate():
             assert wanted.specifier.contains(version(wanted.name)), f"{line}, installed: {version(wanted.name)}"
+
+
+API = [
+    (page.name, *found)
+    for page in sorted((ROOT / "book/api").glob("*.md"))
+    for found in re.findall(r"auto\w+:: ([\w.]+)(?:\n +:members: (.+))?", page.read_text(encoding="utf-8"))
+]
+
+
+@pytest.mark.parametrize(("page", "name", "members"), API)
+def test_the_pages_of_the_api_name_what_is_there(page, name, members):
+    """So does the site's build, minutes later."""
+    found = pkgutil.resolve_name(name)
+    for member in filter(None, map(str.strip, members.split(","))):
+        getattr(found, member)
 
 
 def test_ruff_has_nothing_to_say():
