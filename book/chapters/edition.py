@@ -1,11 +1,13 @@
 """The student's edition: everything that a student needs, in one ZIP file, and nothing that a teacher keeps.
 
     python run.py student --edition stick.zip [--graded 03,05] [--wheels]
+    python run.py student [--to FOLDER] [03 ...]       only the sheets, into build/student
 
 In it: the sheets in place of the chapters, `omx`, the launcher and what it needs, the pages that chapters link to.
 Not in it: solutions, speaker's notes, tests, teaching pages, the grader, history. Fails closed, as the sheets do.
 """
 
+import argparse
 import ast
 import re
 import subprocess
@@ -19,9 +21,11 @@ from packaging.markers import Marker
 
 from book.chapters import normalise
 from book.chapters.cells import slide_type, source, tags
-from book.chapters.student import Refused, kept_lines, secret_lines, squeeze, student_copy
+from book.chapters.student import Refused, give_out, kept_lines, secret_lines, squeeze, student_copy
 from book.setup.installers import MADE_FOR, this_system
-from book.setup.paths import ENVIRONMENT, ROOT, WINDOWS, Stop, child_environment, package_of
+from book.setup.paths import BUILD, ENVIRONMENT, ROOT, WINDOWS, Stop, child_environment, in_a_sentence, package_of
+
+STUDENT = BUILD / "student"
 
 #: What goes along, by glob, with all modules that it imports, and what of that stays here.
 ALONG = (
@@ -171,3 +175,40 @@ def alternatives(lines, minor):
             if any(map(holds, pythons)):
                 needed.setdefault(package, []).append(pin.strip())
     return [[pins[n] for pins in needed.values() if n < len(pins)] for n in range(max(map(len, needed.values())))]
+
+
+# ---- the command `student` ----
+
+
+@in_a_sentence
+def main(argv=None):
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("notebooks", nargs="*", help="default: every chapter")
+    parser.add_argument("--to", type=Path, default=STUDENT, metavar="FOLDER", help="default: build/student")
+    parser.add_argument("--edition", type=Path, metavar="FILE.zip", help="all that a student needs, in one file")
+    parser.add_argument("--graded", default="", metavar="03,05", help="chapters whose checks stay with the grader")
+    parser.add_argument("--wheels", action="store_true", help="with the packages for this system, to install offline")
+    options = parser.parse_args(argv)
+    graded = tuple(options.graded.split(",")) if options.graded else ()
+    if options.edition:
+        print(write(options.edition, options.wheels, graded=graded))
+        return 0
+    options.to.mkdir(parents=True, exist_ok=True)
+    paths = normalise.chapters(options.notebooks)
+    return 1 if [path for path in paths if not wrote(path, options.to / path.name, graded)] else 0
+
+
+def wrote(path, target, graded=()):
+    """Write the sheet of one chapter and say so; False, with a sentence, if there is none now."""
+    try:
+        sheet, reason = student_copy(normalise.read(path), path.name[:2] in graded), ""
+    except Refused as refused:
+        sheet, reason = None, f"{path}: no copy made: {refused}"  # an older copy must not pass for this one
+    if not give_out(target, sheet):
+        reason = f"{target} was filled in or changed, so it stays; move it away to get a new one. {reason}".strip()
+    print(reason or target, file=sys.stderr if reason else sys.stdout)
+    return not reason
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,28 +1,21 @@
-"""Build the copies for students: solutions become a TODO that names its exercise, outputs are cleared.
+"""The copies for students: solutions become a TODO that names its exercise, outputs are cleared.
 
-    python -m book.chapters.student                    # every chapter, into build/student
-    python -m book.chapters.student --to FOLDER 03     # one of them
-    python -m book.chapters.student --edition stick.zip [--graded 03,05]
-
-A sheet that is handed out is the sheet that is graded: its cells carry the grader's marks from the beginning.
+`python run.py student` writes them (edition.py). A sheet that is handed out is the sheet that is graded: its cells
+carry the grader's marks from the beginning.
 Fails closed: a chapter with an unknown tag, a solution without exercise or check, or a line of a solution or of a
 speaker's note that can still be read anywhere in the copy is refused. A sheet that somebody has filled in stays.
 """
 
-import argparse
 import ast
 import hashlib
 import json
 import re
-import sys
-from pathlib import Path
 
 from book.chapters import normalise
 from book.chapters.cells import TAGS, is_code, slide_type, source, tags
 from book.chapters.lint import exercises
-from book.setup.paths import BUILD, Stop, in_a_sentence
+from book.setup.paths import Stop
 
-STUDENT = BUILD / "student"
 SHORT = 10  # shorter lines, such as `return q`, give nothing away
 WRITTEN = ".written.json"  # beside the sheets: what was written, to know a sheet that somebody has changed
 POINTS = 1
@@ -242,39 +235,3 @@ def written(folder):
         return dict(json.loads((folder / WRITTEN).read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError):
         return {}
-
-
-@in_a_sentence
-def main(argv=None):
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("notebooks", nargs="*", help="default: every chapter")
-    parser.add_argument("--to", type=Path, default=STUDENT, metavar="FOLDER", help="default: build/student")
-    parser.add_argument("--edition", type=Path, metavar="FILE.zip", help="all that a student needs, in one file")
-    parser.add_argument("--graded", default="", metavar="03,05", help="chapters whose checks stay with the grader")
-    parser.add_argument("--wheels", action="store_true", help="with the packages for this system, to install offline")
-    options = parser.parse_args(argv)
-    graded = tuple(options.graded.split(",")) if options.graded else ()
-    if options.edition:
-        from book.chapters import edition
-
-        print(edition.write(options.edition, options.wheels, graded=graded))
-        return 0
-    options.to.mkdir(parents=True, exist_ok=True)
-    paths = normalise.chapters(options.notebooks)
-    return 1 if [path for path in paths if not wrote(path, options.to / path.name, graded)] else 0
-
-
-def wrote(path, target, graded=()):
-    """Write the sheet of one chapter and say so; False, with a sentence, if there is none now."""
-    try:
-        sheet, reason = student_copy(normalise.read(path), path.name[:2] in graded), ""
-    except Refused as refused:
-        sheet, reason = None, f"{path}: no copy made: {refused}"  # an older copy must not pass for this one
-    if not give_out(target, sheet):
-        reason = f"{target} was filled in or changed, so it stays; move it away to get a new one. {reason}".strip()
-    print(reason or target, file=sys.stderr if reason else sys.stdout)
-    return not reason
-
-
-if __name__ == "__main__":
-    sys.exit(main())

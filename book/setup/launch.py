@@ -35,7 +35,7 @@ COMMANDS = (
     Command("new-chapter", "book/chapters/new.py", ("-m book.chapters.new",), "begin a chapter: new-chapter TOPIC"),
     Command("generate", "notebooks", ("-m book.chapters.generate",), "write omx/generated anew [--check, --restore]"),
     Command("execute", "tests", ("-m book.chapters.execute",), "run notebooks again and store their outputs"),
-    Command("student", "book/chapters/edition.py", ("-m book.chapters.student",), "sheets for students [--edition]"),
+    Command("student", "book/chapters/edition.py", ("-m book.chapters.edition",), "sheets for students [--edition]"),
     Command("book", "book/publish/site.py", ("-m book.publish.site",), "build the site in build/site [--serve]"),
     Command("slides", "book/publish/slides.py", ("-m book.publish.slides",), "build the slides in build/slides"),
     Command("lite", "book/publish/lite.py", ("-m book.publish.lite",), "the book for a browser alone: build/lite"),

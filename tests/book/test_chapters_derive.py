@@ -44,14 +44,10 @@ print(json.dumps({
 """
 
 
-def stopped(notebook):
-    """The messages of cells that failed before the exercises, whose solutions are for the course's arm."""
-    found = []
-    for cell in notebook.cells:
-        if cell.source.startswith("## Exercises"):
-            return found
-        found += [output.evalue for output in cell.get("outputs", ()) if output.output_type == "error"]
-    raise AssertionError("the chapter has no exercises")
+def before_the_exercises(notebook):
+    """The chapter without its exercises, whose solutions are for the course's arm."""
+    first = next(i for i, cell in enumerate(notebook["cells"]) if "".join(cell["source"]).startswith("## Exercises"))
+    return {**notebook, "cells": notebook["cells"][:first]}
 
 
 @pytest.fixture(scope="module")
@@ -68,8 +64,8 @@ def edited(tmp_path_factory):
             assert text.count(old) == 1, f"chapter 03 does not hold `{old}` exactly once"
             text = text.replace(old, new)
         path = root / "notebooks" / f"{name}.ipynb"
-        path.write_text(text, encoding="utf-8")
-        assert not stopped(execute.run(path, env=environment, allow_errors=True)), name
+        path.write_text(json.dumps(before_the_exercises(json.loads(text))), encoding="utf-8")
+        execute.run(path, env=environment)
     command = [sys.executable, "-c", LOOK]
     done = subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True, timeout=120, check=True)
     return json.loads(done.stdout)

@@ -7,7 +7,7 @@ import zipfile
 
 import pytest
 
-from book.chapters import edition, generate, normalise, student
+from book.chapters import edition, generate, normalise
 from book.chapters.cells import source, tags
 from book.setup.paths import ENVIRONMENT, package_of
 
@@ -20,7 +20,7 @@ KEPT = ("tests/", "book/teach", "publish/site", "publish/slides", "deck", "book/
 def unpacked(tmp_path_factory):
     """The book's folder as a student unpacks it."""
     folder = tmp_path_factory.mktemp("stick")
-    assert student.main(["--edition", str(folder / "stick.zip")]) == 0
+    assert edition.main(["--edition", str(folder / "stick.zip")]) == 0
     with zipfile.ZipFile(folder / "stick.zip") as archive:
         archive.extractall(folder)
     return folder / "omx-book"

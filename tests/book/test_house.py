@@ -1,9 +1,12 @@
 """House rules that a machine can check, over every file of the repository."""
 
+import ast
+import pkgutil
 import re
 import subprocess
 import sys
 import tomllib
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -136,6 +139,21 @@ def test_all_that_is_pinned_is_installed_as_pinned():
             assert wanted.specifier.contains(version(wanted.name)), f"{line}, installed: {version(wanted.name)}"
 
 
+API = [
+    (page.name, *found)
+    for page in sorted((ROOT / "book/api").glob("*.md"))
+    for found in re.findall(r"auto\w+:: ([\w.]+)(?:\n +:members: (.+))?", page.read_text(encoding="utf-8"))
+]
+
+
+@pytest.mark.parametrize(("page", "name", "members"), API)
+def test_the_pages_of_the_api_name_what_is_there(page, name, members):
+    """So does the site's build, minutes later."""
+    found = pkgutil.resolve_name(name)
+    for member in filter(None, map(str.strip, members.split(","))):
+        getattr(found, member)
+
+
 def test_ruff_has_nothing_to_say():
     command = [sys.executable, "-m", "ruff", "check", "--no-cache", "--output-format=concise", "."]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
@@ -148,3 +166,42 @@ def test_an_installed_omx_has_all_of_its_files():
     left = [path for path in files() if ROOT / "omx" in path.parents and path.suffix != ".py"]
     assert left
     assert [path for path in left if not any(path.match(pattern) for pattern in packed["*"])] == []
+
+
+# ---- the rooms of the book ----
+
+#: Room -> the rooms that it may import from; `omx` is one of them. CONTRIBUTING.md says what lives there.
+ROOMS = {
+    "setup": set(), "chapters": {"setup", "omx"}, "grading": {"setup", "chapters"},
+    "publish": {"setup", "chapters", "omx"}, "reader": {"setup", "chapters", "publish", "omx"},
+    "conf": {"chapters", "publish"},
+}  # fmt: skip
+MODULES = {".".join(p.relative_to(ROOT).with_suffix("").parts): p for p in sorted((ROOT / "book").rglob("*.py"))}
+
+
+def imports(path):
+    """The modules of `omx` and of the book that a file imports, also inside functions."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert not node.level, f"{path}: say it with its whole name"
+            inner = [f"{node.module}.{alias.name}" for alias in node.names]
+            yield from (name if name in MODULES else node.module for name in inner)
+
+
+def room(name):
+    first, *rest = name.split(".")
+    return rest[0] if first == "book" and rest else first
+
+
+def test_rooms_of_the_book_import_what_they_may_and_never_in_a_circle():
+    graph = {name: {t for t in imports(path) if t in MODULES} - {name} for name, path in MODULES.items()}
+    for name, path in MODULES.items():
+        ours = {room(target) for target in imports(path) if target.split(".")[0] in ("book", "omx")} - {"book"}
+        assert ours <= {room(name)} | ROOMS.get(room(name), set()), f"{name} imports from {sorted(ours)}"
+    setup = {
+        target.split(".")[0] for name, path in MODULES.items() if room(name) == "setup" for target in imports(path)
+    }
+    assert setup <= sys.stdlib_module_names | {"book"}
+    TopologicalSorter(graph).prepare()

@@ -675,9 +675,9 @@ def test_what_names_no_chapter_is_told(name, told, monkeypatch):
     ("module", "arguments", "told"),
     [
         ("publish.slides", ["nothing"], "There is no chapter 'nothing'"),
-        ("chapters.student", ["nothing"], "There is no chapter 'nothing'"),
-        ("chapters.student", ["--edition", "FOLDER"], "cannot be written: name a file"),
-        ("chapters.student", ["--edition", "FOLDER/none/x.zip"], "cannot be written: name a file"),
+        ("chapters.edition", ["nothing"], "There is no chapter 'nothing'"),
+        ("chapters.edition", ["--edition", "FOLDER"], "cannot be written: name a file"),
+        ("chapters.edition", ["--edition", "FOLDER/none/x.zip"], "cannot be written: name a file"),
         ("reader.handin", ["99"], "There is no chapter '99'"),
         ("reader.solutions", ["x"], "'x' is no exercise"),
         ("chapters.new", ["../x"], "must be words in small letters"),

@@ -4,7 +4,7 @@ import copy
 
 import pytest
 
-from book.chapters import execute, normalise, student
+from book.chapters import edition, execute, normalise, student
 from book.chapters.cells import is_code, source, tags
 from tests.helpers.chapter import SOLUTION, chapter, code, markdown
 
@@ -144,12 +144,12 @@ REFUSED = {
 def test_a_chapter_that_is_not_safe_is_refused_and_an_old_copy_removed(reason, tmp_path, capsys):
     path, target = tmp_path / "07-scratch.ipynb", tmp_path / "out"
     normalise.write(path, scratch())
-    assert student.main(["--to", str(target), str(path)]) == 0
+    assert edition.main(["--to", str(target), str(path)]) == 0
     assert "sqrt" not in (target / path.name).read_text()
     cells = copy.deepcopy(chapter())
     REFUSED[reason](cells)
     normalise.write(path, scratch(cells))
-    assert student.main(["--to", str(target), str(path)]) == 1
+    assert edition.main(["--to", str(target), str(path)]) == 1
     assert reason in capsys.readouterr().err
     assert not (target / path.name).exists()
 
@@ -157,9 +157,9 @@ def test_a_chapter_that_is_not_safe_is_refused_and_an_old_copy_removed(reason, t
 def test_a_sheet_that_somebody_has_filled_in_is_never_replaced(tmp_path, capsys):
     path, target = tmp_path / "07-scratch.ipynb", tmp_path / "out"
     normalise.write(path, scratch())
-    student.main(["--to", str(target), str(path)])
+    edition.main(["--to", str(target), str(path)])
     mine = (target / path.name).read_text().replace("length = ...", "length = 13.0")
     (target / path.name).write_text(mine)
-    assert student.main(["--to", str(target), str(path)]) == 1
+    assert edition.main(["--to", str(target), str(path)]) == 1
     assert "was filled in or changed, so it stays" in capsys.readouterr().err
     assert (target / path.name).read_text() == mine

@@ -23,6 +23,11 @@ def window():
     return 1280, 860
 
 
+@pytest.fixture(scope="module")
+def motion():
+    return "reduce"  # no film is looked at but one, and that is started by its button
+
+
 # ---- axe ------------------------------------------------------------------------------------
 
 
@@ -33,7 +38,7 @@ DARK = ["book/index.html", "book/notation.html", *LIVE[1:4]]
 
 @pytest.mark.parametrize(("theme", "path"), [*(("light", p) for p in LIGHT), *(("dark", p) for p in DARK)])
 def test_axe_finds_nothing_serious_on_a_page(browser, home, path, theme):
-    context = browser.new_context(viewport={"width": 1280, "height": 860}, color_scheme=theme)
+    context = browser.new_context(viewport={"width": 1280, "height": 860}, color_scheme=theme, reduced_motion="reduce")
     with Look(context, home) as look:
         assert serious(look.open(path).settle().page) == []
     context.close()
@@ -41,7 +46,7 @@ def test_axe_finds_nothing_serious_on_a_page(browser, home, path, theme):
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_axe_finds_nothing_serious_in_a_scene_with_its_menu_open(browser, home, theme):
-    context = browser.new_context(viewport={"width": 1280, "height": 860}, color_scheme=theme)
+    context = browser.new_context(viewport={"width": 1280, "height": 860}, color_scheme=theme, reduced_motion="reduce")
     with Look(context, home) as look:
         look.open("book/index.html").settle()
         frame = look.scene(look.page.locator(".omx-scene[data-scene]").first)

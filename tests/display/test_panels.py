@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import omx
 from omx.display.panels import JointPanel, PosePanel, tables, terms
-from omx.display.panels.throttle import Latest
+from omx.display.panels.panel import Latest
 from omx.display.viewer import View
 from tests.helpers.scenes import Clock, Page, decoded, placed
 

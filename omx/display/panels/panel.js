@@ -301,6 +301,7 @@
       this.plot = element("div", { class: "omx-plot" });
       this.makeSliders(this.sliders, () => this.show());
       this.answer.classList.add("omx-says");
+      this.palette.forEach((ink, i) => this.box.style.setProperty(`--omx-ink-${i}`, ink));
       this.box.replaceChildren(this.plot, this.controls);
       new ResizeObserver(() => { if (![0, this.width].includes(this.plot.clientWidth)) this.write(); }).observe(this.plot);
     }

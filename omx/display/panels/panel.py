@@ -2,14 +2,15 @@
 
 import html
 import json
+import time
 
 import ipywidgets
 
 from ...arrays import shown
 from ...errors import BadInput
+from ..viewer.channel import running_loop
 from ..viewer.scene import mimebundle
 from ..viewer.view import View
-from .throttle import Latest
 
 #: Seconds between two commands to whatever `on_command` drives, and between two updates of the numbers.
 COMMAND_INTERVAL, TEXT_INTERVAL = 1 / 30, 1 / 20
@@ -23,6 +24,40 @@ def as_view(value) -> View:
     if isinstance(value, View):
         return value
     raise BadInput(f"`view` must be a View, such as omx.View() or omx.View.of_chain(chain); got {shown(value)}.")
+
+
+class Latest:
+    """Calls `action(value)` at once, or when `interval` seconds since the last call have passed, with the newest value.
+
+    With `eager` False even the first value waits, so that more urgent messages go first. Without a running
+    event loop nothing could call later, so then every value is passed on at once.
+    """
+
+    def __init__(self, action, interval: float, *, eager: bool = True):
+        self._action, self._interval, self._eager = action, interval, eager
+        self._due = 0.0
+        self._waiting: list = []
+
+    def __call__(self, value) -> None:
+        wait = self._due - time.monotonic() if self._eager else self._interval
+        loop = running_loop()
+        if wait <= 0 or loop is None:
+            self._waiting.clear()
+            self._call(value)
+        elif self._waiting:
+            self._waiting[0] = value
+        else:
+            self._waiting.append(value)
+            loop.call_later(wait, self.flush)
+
+    def flush(self) -> None:
+        """Pass on the value that is waiting, if any."""
+        if self._waiting:
+            self._call(self._waiting.pop())
+
+    def _call(self, value) -> None:
+        self._due = time.monotonic() + self._interval
+        self._action(value)
 
 
 class Panel(ipywidgets.VBox):

@@ -117,10 +117,7 @@ class Channel:
     def attach(self, post) -> None:
         """Post every later change with `post`; the notebook's event loop is looked up here."""
         self._post = post
-        try:
-            self._loop = asyncio.get_running_loop()
-        except RuntimeError:
-            self._loop = None
+        self._loop = running_loop()
         _open_channels.add(self)
         _flush_after_cells()
 
@@ -157,6 +154,14 @@ class Channel:
     def _flush_late(self) -> None:
         self._armed = False
         self.flush()
+
+
+def running_loop():
+    """The event loop that runs here, or None."""
+    try:
+        return asyncio.get_running_loop()
+    except RuntimeError:
+        return None
 
 
 def _append(log: dict, key: tuple, data: bytes) -> None:

@@ -30,7 +30,8 @@
   }
 
   function mark(name, size, parts, frame, middle) {
-    const group = new THREE.Group().add(...parts), T = IDENTITY.map((row, i) => [...row.slice(0, 3), middle[i] ?? 1]);
+    const group = new THREE.Group(), T = IDENTITY.map((row, i) => [...row.slice(0, 3), middle[i] ?? 1]);
+    for (const part of parts) group.add(part);
     group.scale.setScalar(1e-3);
     if (size < 0) group.rotation.x = Math.PI;
     viewer.scene_tree.find(["meshcat", "notes", name, "<object>"]).set_object(group);

@@ -1,7 +1,13 @@
-"""Drawings that ride on the frames of a chain: an arm, a ghost of one, or its triads."""
+"""What moves: drawings that ride on the frames of a chain, as an arm and its ghosts do, and the trail of a tool."""
 
+import math
+
+from .annotations import polyline
 from .channel import Channel
 from .threejs import Drawing
+
+#: Mm between two points of a trail, and how many points are one piece of it: each update stays small.
+_SPACING, _PIECE = 1.5, 16
 
 
 class Figure:
@@ -38,3 +44,30 @@ class Figure:
     def remove(self) -> None:
         """Take the figure out of the scene."""
         self._channel.delete(self._root)
+
+
+class Trail:
+    """A line that grows with each pose, in short pieces; `add` is cheap when the point has hardly moved."""
+
+    root = "/meshcat/trail"
+
+    def __init__(self, channel: Channel):
+        self._channel = channel
+        self._points: list[tuple] = []
+        self._piece = 0
+
+    def add(self, point) -> None:
+        """Go on to `point` (3,), mm."""
+        if self._points and math.dist(self._points[-1], point) < _SPACING:
+            return
+        self._points.append(tuple(point))
+        if len(self._points) < 2:
+            return
+        self._channel.draw(f"{self.root}/{self._piece}", polyline(self._points))
+        if len(self._points) == _PIECE:
+            self._points, self._piece = self._points[-1:], self._piece + 1
+
+    def clear(self) -> None:
+        """Forget the trail and start again at the next point."""
+        self._points, self._piece = [], 0
+        self._channel.delete(self.root)

@@ -10,7 +10,7 @@
   } catch (error) {
     pane.textContent = "This browser offers no WebGL, so the 3-D scene cannot be drawn (" + error.message + ").";
     pane.style.font = "14px sans-serif";
-    window.omxScene = { apply() {}, capture: () => null };
+    window.omxScene = { apply() {}, theme() {}, capture: () => null };
     return;
   }
 
@@ -28,12 +28,48 @@
   const wanted = new Set();
   const setObject = viewer.set_object.bind(viewer);
   viewer.set_object = (path, object) => {
-    if (wanted.has("/" + path.join("/"))) setObject(path, object);
+    if (!wanted.has("/" + path.join("/"))) return;
+    setObject(path, object);
+    if (dark) relabel();
   };
+
+  // What looks otherwise where the page around is dark: the commands for the night come first, and the same by day.
+  const night = new Map(), day = new Map();
+  let dark = false;
+  function theme(now) {
+    dark = now;
+    document.documentElement.classList.toggle("dark", dark);
+    for (const command of (dark ? night : day).values()) draw(command);
+    relabel();
+  }
+
+  // Words are pictures, drawn for a light stage: at night their ink is pale and their rim is dark.
+  function relabel() {
+    viewer.scene.traverse(({ isSprite, material, userData }) => {
+      const map = isSprite && material.map, address = userData.day ?? map?.image?.src;
+      if (!address?.startsWith("data:image/svg+xml;base64,") || (!dark && !userData.day)) return;
+      userData.day = address;
+      const picture = new Image();
+      picture.onload = () => { Object.assign(map, { image: picture, needsUpdate: true }); viewer.set_dirty(); };
+      picture.src = dark ? address.replace(/[^,]*$/, (svg) => btoa(atNight(atob(svg)))) : address;
+    });
+  }
+  function atNight(svg) {
+    const pale = (c) => Math.round(255 - 0.4 * (255 - parseInt(c, 16))).toString(16);
+    return svg.replace('stroke="#ffffff"', 'stroke="#22262c"')
+      .replace(/fill="#(..)(..)(..)"/, (_, r, g, b) => `fill="#${pale(r)}${pale(g)}${pale(b)}"`);
+  }
 
   const properties = new Map(); // the newest of each, by path and name
   let size = 1; // of what is drawn, as a multiple of what was drawn first
   function take(command) {
+    const { type, path, name, when } = command, key = `${type} ${path} ${name}`;
+    if (when) night.set(key, command);
+    else if (night.has(key)) day.set(key, command);
+    if (!night.has(key) || Boolean(when) === dark) draw(command);
+  }
+
+  function draw(command) {
     const { type, path, name, bytes } = command;
     if (type === "set_object") wanted.add(path);
     if (type === "set_property") properties.set(`${path} ${name}`, command);
@@ -220,7 +256,7 @@
       pane.style.visibility = "";
     },
     capture() { return viewer.capture_image(); },
-    picture, extra, save,
+    picture, extra, save, theme,
     transforms(message) { said.transforms(message); },
     button(...about) { // before the dots
       const b = button(...about);

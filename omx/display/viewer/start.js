@@ -21,33 +21,11 @@
     });
   }
 
-  // Where the page around is dark, the commands marked `night` take the place of those of the same key.
-  let commands = [], night = [];
+  let dark = Boolean(window.OMX_CONFIG.dark);
   function dress() {
     document.documentElement.classList.toggle("dark", dark);
-    const keys = new Set(night.map(({ type, path, name }) => `${type} ${path} ${name}`));
-    relabel();
-    window.omxScene?.apply(dark ? night : commands.filter(({ type, path, name }) => keys.has(`${type} ${path} ${name}`)));
+    window.omxScene?.theme(dark);
   }
-
-  // Words are pictures, drawn for a light stage: at night their ink is pale and their rim is dark.
-  function relabel() {
-    window.omxScene?.viewer?.scene.traverse(({ isSprite, material, userData }) => {
-      const map = isSprite && material.map, address = userData.day ?? map?.image?.src;
-      if (!address?.startsWith("data:image/svg+xml;base64,") || (!dark && !userData.day)) return;
-      userData.day = address;
-      const picture = new Image();
-      picture.onload = () => { Object.assign(map, { image: picture, needsUpdate: true }); omxScene.viewer.set_dirty(); };
-      picture.src = dark ? address.replace(/[^,]*$/, (svg) => btoa(atNight(atob(svg)))) : address;
-    });
-  }
-  function atNight(svg) {
-    const pale = (c) => Math.round(255 - 0.4 * (255 - parseInt(c, 16))).toString(16);
-    return svg.replace('stroke="#ffffff"', 'stroke="#22262c"')
-      .replace(/fill="#(..)(..)(..)"/, (_, r, g, b) => `fill="#${pale(r)}${pale(g)}${pale(b)}"`);
-  }
-
-  let dark = Boolean(window.OMX_CONFIG.dark);
   dress();
   window.addEventListener("message", ({ data, source }) => {
     if (source !== window.parent || source === window || data?.omx !== "theme") return;
@@ -76,11 +54,9 @@
     for (const [[name], bytes] of await takeApart(id)) known.set(name, bytes);
   }
   const all = (await takeApart("scene", known)).map(([[type, path, name, when], bytes]) => ({ type, path, name, when, bytes }));
-  const { viewer } = window.omxScene, put = viewer?.set_object;
-  if (viewer) viewer.set_object = (path, object) => { put(path, object); if (dark) relabel(); }; // words come late
-  [commands, night] = [all.filter(({ when }) => !when), all.filter(({ when }) => when)];
-  window.omxScene.apply(commands);
-  if (dark) dress();
+  const { viewer } = window.omxScene;
+  dress();
+  window.omxScene.apply([...all.filter(({ when }) => when), ...all.filter(({ when }) => !when)]);
   if (window.OMX_POSED) window.omxScene.transforms(window.OMX_POSED);
   window.omxScene.extra?.("html", "Save this scene as one HTML file", () => {
     const posed = JSON.stringify({ nodes: places(viewer.scene_tree.children.meshcat, "/meshcat") });

@@ -16,9 +16,8 @@ from . import animation, annotations, environment, skeleton
 from .arm_data import arm_data, chain_data
 from .arm_drawings import arm_drawings, finger_drawings, ghost_drawings, is_our_arm
 from .environment import Camera
-from .moving_parts import Figure
+from .moving_parts import Figure, Trail
 from .scene import Scene
-from .trail import Trail
 
 _FPS, _LONGEST = 30, 3600.0
 _SECTION = "/meshcat/section"

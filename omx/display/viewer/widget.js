@@ -60,18 +60,12 @@ class Scene {
     this.seq = -1;
     this.log = new Map();
     this.frames = new Set();
-    this.night = new Map(); // what makes the stage dark, in place of the log's commands of the same keys
-    if (night?.keys) for (const command of split(night, night.data)) remember(this.night, command);
+    // What makes the stage dark, in place of the log's commands of the same kind, path and name.
+    this.night = night?.keys ? split(night, night.data).map((command) => ({ ...command, when: "night" })) : [];
   }
 
-  // A command as the theme wants it.
-  lit(key, command) {
-    return (isDark() && this.night.get(key)) || command;
-  }
-
-  // The whole scene, as the theme wants it.
   all() {
-    return [...this.log].map(([key, command]) => this.lit(key, command));
+    return [...this.night, ...this.log.values()];
   }
 
   // A message of the kernel: false if one before it was missed.
@@ -119,7 +113,7 @@ class Frame {
     Object.assign(this, { scene, model, el, iframe: null, waiting: new Map(), asked: 0 });
     this.watch = new IntersectionObserver((e) => this.onSeen(e.at(-1).isIntersecting), { rootMargin: "400px" });
     this.watch.observe(el);
-    this.theme = new MutationObserver(() => this.followTheme());
+    this.theme = new MutationObserver(() => this.used?.theme(isDark()));
     this.theme.observe(document.body, { attributeFilter: ["data-jp-theme-light", "data-vscode-theme-kind"] });
     this.hear = ({ data, source }) => {
       if (source === this.iframe?.contentWindow && data?.omx === "dragged") this.dragged(data);
@@ -157,37 +151,25 @@ class Frame {
     if (this.used === live) return this.iframe.contentWindow.location.reload();
     this.used = live;
     this.waiting.clear();
+    live.theme(isDark());
     live.apply(this.scene.all());
     live.extra?.("html", "Save this scene as one HTML file", async () => {
       const page = new Blob([await this.page()], { type: "text/html" });
       live.save("scene.html", URL.createObjectURL(page));
     });
-    this.showTheme();
     this.el.dataset.ready = "true";
   }
 
   // The scene as it stands, as a page that needs nothing else; start.js says how it is laid out.
   async page() {
     const { shell, start } = this.model.get("config"), commands = this.scene.all(), text = new TextEncoder();
-    const head = text.encode(JSON.stringify(commands.map(({ type, path, name, bytes }) => [type, path, name, bytes.length])));
+    const head = text.encode(JSON.stringify(commands.map(({ bytes, ...key }) => [...Object.values(key), bytes.length])));
     const scene = [new Uint32Array([head.length]), head, ...commands.map(({ bytes }) => bytes)];
     const packed = await new Response(new Blob(scene).stream().pipeThrough(new CompressionStream("gzip"))).blob();
     const bundle = await this.model.widget_manager.get_model(this.model.get("bundle").replace("IPY_MODEL_", ""));
     const plain = (id, data) => `<script type="text/plain" id="${id}">${data}</${"script"}>`;
     const data = plain("scene", await base64(packed)) + plain("viewer", await base64(new Blob([bundle.get("data")])));
     return shell.replace("<!--viewer-->", () => `${data}<script>${start}</${"script"}>`);
-  }
-
-  // The toolbar and the page below the scene.
-  showTheme() {
-    this.iframe.contentDocument.documentElement.classList.toggle("dark", isDark());
-  }
-
-  followTheme() {
-    if (!this.used) return;
-    const { log, night } = this.scene;
-    this.used.apply([...night.keys()].filter((key) => log.has(key)).map((key) => this.scene.lit(key, log.get(key))));
-    this.showTheme();
   }
 
   // Where the reader drags the tool: the newest of every 40 ms, and the last one always.
@@ -212,9 +194,8 @@ class Frame {
   paint() {
     this.asked = 0;
     if (!this.used) return this.waiting.clear();
-    const commands = [...this.waiting].map(([key, command]) => this.scene.lit(key, command));
+    this.used.apply([...this.waiting.values()]);
     this.waiting.clear();
-    this.used.apply(commands);
   }
 
   stop() {
