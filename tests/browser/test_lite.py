@@ -120,7 +120,7 @@ def test_python_begins_in_words_and_what_went_wrong_is_one_of_them(built, playwr
         assert counts == sorted(counts), "they only grow"
         assert len(counts) > 2
         assert any("Python is here and sets itself up" in words for words in heard)
-        tab.reload()
+        tab.goto(f"{home}lab/index.html?path={name}")
         tab.get_by_text("Here it took").wait_for()
         assert tab.problems == []
     shutil.copytree(built, tmp_path / "lite")
