@@ -85,6 +85,11 @@ WHERE = (
     "one, after *Connect the arm*, is only read, its motors off. *Interrupt* does nothing: to end a long cell, restart "
     "the kernel."
 )
+#: JupyterLab follows the system's dark theme, and says nothing of the files' dates, which are the packages' own.
+LOOKS = {
+    "@jupyterlab/apputils-extension:themes": {"adaptive-theme": True},
+    "@jupyterlab/filebrowser-extension:browser": {"showLastModifiedColumn": False},
+}
 #: What the start page says where the site lies around it.
 PAGES = (
     '<p>To read first, with scenes that move at once: <a href="../index.html">the pages of the book</a>. '
@@ -144,6 +149,7 @@ def configure(path):
     about = json.loads(path.read_text(encoding="utf-8"))
     config = about["jupyter-config-data"]
     config |= {"appName": "OpenMANIPULATOR-X", "exposeAppInBrowser": "true", "faviconUrl": "./arm.svg"}
+    config["settingsOverrides"] = LOOKS
     lock = json.loads((path.parent / "static/pyodide/pyodide-lock.json").read_text(encoding="utf-8"))
     at_once = {"loadPyodideOptions": {"packages": sorted(lock["packages"])}}  # side by side, while the chapter is read
     config["litePluginSettings"].setdefault(KERNEL, {}).update(SETTINGS | at_once)

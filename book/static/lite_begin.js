@@ -107,16 +107,17 @@
     }
 
     // On a phone the list of files would leave no room for the chapter; its button stays at the edge.
-    function makeRoom() {
-      if (roomy || !window.jupyterapp?.restored) return;
+    function makeRoom({ shell, commands }) {
       roomy = true;
-      window.jupyterapp.restored.then(() => { if (innerWidth < NARROW_PX) window.jupyterapp.shell.collapseLeft(); });
+      if (innerWidth >= NARROW_PX) return;
+      shell.collapseLeft();
+      if (shell.isSideTabBarVisible("right")) commands.execute("application:toggle-side-tabbar", { side: "right" });
     }
 
     function look() {
-      makeRoom();
       const seconds = Math.round((performance.now() - began) / 1e3), there = document.getElementById("jp-top-panel");
       const known = status();
+      if (!roomy && known) makeRoom(window.jupyterapp);
       for (const other of document.body.children) if (other !== box && other !== frame) other.inert = !frame.hidden;
       if (news?.failed) {
         say(`Python did not start: ${news.failed}. Load this page again; if it stays so, the folder on the server is not whole, ` +
