@@ -1,7 +1,7 @@
 """All answers with their verdicts: reach, limits, and what is free where axes fall on one line."""
 
-import pickle
 from math import pi
+from multiprocessing.reduction import ForkingPickler
 
 import numpy as np
 import pytest
@@ -168,6 +168,6 @@ def test_a_module_of_another_arm_is_refused(modules):
 def test_a_solution_keeps_its_verdicts_in_a_copy(modules):
     arm = Chain(ARMS["textbook"].rows, limits=[(-1, 1)] * 6, name="textbook")
     for s in Inverse(arm, modules["textbook"])(arm.fk([0.3, 0.7, 0.9, 0.5, 0.0, -0.9])):
-        other = pickle.loads(pickle.dumps(s))
+        other = ForkingPickler.loads(ForkingPickler.dumps(s))
         assert (repr(other), other.violations, other.families) == (repr(s), s.violations, s.families)
         assert other == s

@@ -1,8 +1,8 @@
 """The inverse: four branches, each with a verdict, and never a number that forward kinematics denies."""
 
-import pickle
 from itertools import product
 from math import degrees, dist, hypot, inf, nan, nextafter, pi, radians
+from multiprocessing.reduction import ForkingPickler
 
 import numpy as np
 import pytest
@@ -327,7 +327,7 @@ def test_the_verdicts_agree_with_one_another_at_the_edge_of_a_limit_and_in_a_cop
         for s in omx.ik(pose, limits=narrow):
             assert s.legal == (s.reachable and not s.violations)
             assert s.reachable == (s.q is not None) == (s.missing == 0)
-            other = pickle.loads(pickle.dumps(s))
+            other = ForkingPickler.loads(ForkingPickler.dumps(s))
             assert (repr(other), other.missing, other.violations) == (repr(s), s.missing, s.violations)
             kinds.add((s.reachable, s.legal))
             if s.reachable:
