@@ -45,10 +45,12 @@ A book of Jupyter notebooks about the kinematics of a real four-joint arm, and t
     python run.py lab       opens the book; the first time it sets itself up, in about a minute
     python run.py           lists all commands
 
-You need Python 3.11 or newer (on Windows type `py run.py lab`) and about 1.2 GB of disk. {network}
+You need Python 3.11 or newer (on Windows type `py run.py lab`, where there is no `python` type `python3`) and about
+1.2 GB of disk. {network}
 
-The chapters in `notebooks/` are your sheets: write your answers where a cell says TODO, run the cell below it, and hand
-the notebook in. Code: BSD 3-Clause. Prose: CC BY 4.0. Both are in `LICENSE`.
+The chapters open as your own copies, in `work/`: write your answers where a cell says TODO, run the cell below it,
+save, and hand in that notebook, or the one file that `python run.py handin 03` writes of it. No command overwrites
+what you wrote. Code: BSD 3-Clause. Prose: CC BY 4.0. Both are in `LICENSE`.
 """
 ONLINE = "Set-up needs the internet once, nothing else does."
 OFFLINE = "The packages are in `wheels/`, made for {system}: there, set-up needs no internet."
@@ -182,7 +184,7 @@ def alternatives(lines, minor):
 
 @in_a_sentence
 def main(argv=None):
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser("python run.py student", description=__doc__.split("\n")[0])
     parser.add_argument("notebooks", nargs="*", help="default: every chapter")
     parser.add_argument("--to", type=Path, default=STUDENT, metavar="FOLDER", help="default: build/student")
     parser.add_argument("--edition", type=Path, metavar="FILE.zip", help="all that a student needs, in one file")

@@ -77,7 +77,7 @@ def execute(path, timeout_s=CELL_TIMEOUT_S, dry_run=False):
 
 
 def main(argv=None):
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser("python run.py execute", description=__doc__.split("\n")[0])
     parser.add_argument("notebooks", nargs="*", help="default: every chapter")
     parser.add_argument("--timeout", type=int, default=CELL_TIMEOUT_S, metavar="S", help="seconds for a cell")
     parser.add_argument("--dry-run", action="store_true", help="run, store nothing")

@@ -378,7 +378,7 @@ def run(command, what, folder):
 
 
 def main(argv=None):
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser("python run.py lite", description=__doc__.split("\n")[0])
     parser.add_argument("--pyodide", type=Path, metavar="FOLDER", help="a Pyodide distribution, unpacked")
     parser.add_argument("--solutions", action="store_true", help="the chapters with their solutions")
     parser.add_argument("--site", action="store_true", help="lay it into the site in build/site as well")

@@ -122,7 +122,7 @@ def thin_icons(site):
 
 
 def main(argv=None):
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser("python run.py book", description=__doc__.split("\n")[0])
     parser.add_argument("--fresh", action="store_true", help="build everything anew")
     parser.add_argument("--no-pdf", action="store_true", help="without the slides as PDF")
     parser.add_argument("--serve", action="store_true", help="show the site at 127.0.0.1 when it is built")

@@ -88,7 +88,7 @@ def print_handouts(decks, folder):
 
 
 def main(argv=None):
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser("python run.py slides", description=__doc__.split("\n")[0])
     parser.add_argument("notebooks", nargs="*", help="default: every chapter")
     parser.add_argument("--no-pdf", action="store_true", help="decks only, no handouts")
     parser.add_argument("--check", action="store_true", help="decks only; is every slide fit to be shown?")

@@ -137,7 +137,7 @@ def scripts():
 
 
 def main(argv=None):
-    parser = argparse.ArgumentParser(prog="run.py handin", description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser("python run.py handin", description=__doc__.split("\n")[0])
     parser.add_argument("chapters", nargs="+", metavar="chapter", help="such as 03; one of yours, in work/")
     parser.add_argument("--to", type=Path, default=HAND_IN, metavar="FOLDER", help="default: work/hand-in")
     parser.add_argument("--as-saved", action="store_true", help="do not run it, show it as it was saved")

@@ -22,6 +22,8 @@ LONG = {
     "--log-level": "--Application.log_level",
     "--debug": "--Application.log_level=DEBUG",
 }
+#: What JupyterLab says of every copy that has not run yet; nothing in ours needs that trust, and it alarms readers.
+UNTRUSTED = "is not trusted"
 SOCKET_PATH = 108 - 58  # bytes that a Unix socket's path holds, less what Jupyter puts behind the runtime folder
 
 
@@ -84,6 +86,9 @@ def start(arguments):
 
     server = LabApp.initialize_server(argv=arguments)
     url = server.display_url.splitlines()[0]
+    for handler in server.log.handlers:
+        handler.addFilter(lambda record: UNTRUSTED not in str(record.msg))
+    server.web_app.settings.setdefault("ws_ping_timeout", 30_000)  # ms; tornado warns of the default, three intervals
     server.identity_provider.token_generated = False  # else the server prints its addresses a second time
     server.io_loop.add_callback(lambda: print(f"The book: {url} (to stop it: Ctrl-C here, twice)", flush=True))
     server.start()
@@ -91,7 +96,7 @@ def start(arguments):
 
 @in_a_sentence
 def main(arguments):
-    if set(arguments) & {"--version", "-h", "--help", "--help-all", "--generate-config"} or arguments[:1] == ["list"]:
+    if set(arguments) & {"--version", "--help-all", "--generate-config"} or arguments[:1] == ["list"]:
         from jupyterlab.labapp import main as lab
 
         return lab(argv=arguments)

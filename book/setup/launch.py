@@ -4,6 +4,7 @@ Standard library only. A later start adds little to the tool's own: nothing heav
 tool replaces this process.
 """
 
+import difflib
 import os
 import subprocess
 import sys
@@ -45,6 +46,55 @@ COMMANDS = (
     Command("lock", "book/setup/lock.py", (), "rewrite the lower part of environment.txt [--newest]"),
 )
 
+#: What `--help` prints behind a command's name, at once; the other commands have a parser that answers.
+USAGE = {
+    "lab": """ [CHAPTER] [--author] [JupyterLab's own options]
+
+Opens JupyterLab on your own copies of the chapters, in work/; the first time it sets everything up.
+
+  CHAPTER       03, or words of its name: forward; the first one if left out
+  --author      the chapters themselves, with their solutions
+  --no-browser  only say the address; `lab --help-all` lists all options of JupyterLab""",
+    "update": """ [FOLDER]
+
+Brings in a new edition, by git where this is a checkout. What you wrote in work/ stays, carried over cell by cell.
+
+  FOLDER        another copy of the book: your work there comes along""",
+    "reset": """ CHAPTER [CHAPTER ...]
+
+Gives a chapter out again, as it was; yours is kept in work/earlier. For example: reset 03""",
+    "solution": """ EXERCISE
+
+Prints the solution of an exercise. For example: solution 3.1""",
+    "test": """ [lite] [pytest's own options]
+
+Runs every test: units, stored outputs, conventions, browser. `test tests -k ik` runs some.
+
+  lite          every chapter in a browser's Python
+  all other options are pytest's; `python -m pytest --help`, by .venv's Python, lists them""",
+    "check": """ [CHAPTER ...]
+
+Lints code and chapters in seconds: ruff, the types of the mathematics, the conventions of all chapters or of some.""",
+    "new-chapter": """ TOPIC
+
+Writes the skeleton of the next chapter. For example: new-chapter light-and-shadow""",
+    "generate": """ [--check | --ship | --restore]
+
+Runs the chapters that write omx/generated.
+
+  --check       only compare, write nothing
+  --ship        write, and make it what is restored later
+  --restore     run nothing, put back what the book ships""",
+    "repair": """
+
+Looks whether all packages of .venv are whole, and installs what is missing.""",
+    "lock": """ [--newest]
+
+Rewrites the lower part of environment.txt; versions that still fit stay.
+
+  --newest      move every pin to its newest version""",
+}
+
 
 def main(argv):
     """Run one command line; the exit status."""
@@ -56,7 +106,12 @@ def main(argv):
             print(f"usage: python run.py COMMAND [...]\n\n{listed}", flush=True)
             return 0
         if argv[0] not in commands:
-            raise Stop(f"There is no command {argv[0]!r}; the commands are {', '.join(commands)}.")
+            near = difflib.get_close_matches(argv[0], commands, 1, 0.7)
+            meant = f"; did you mean {near[0]!r}? `python run.py`" if near else ". `python run.py`"
+            raise Stop(f"There is no command {argv[0]!r}{meant} lists them all.")
+        if argv[0] in USAGE and {"-h", "--help"} & set(argv[1:]):  # a question needs no set-up
+            print("usage: python run.py", argv[0] + USAGE[argv[0]])
+            return 0
         return run(commands[argv[0]], argv[1:])
     except Stop as stop:
         print(f"run.py: {stop}", file=sys.stderr)

@@ -33,7 +33,7 @@ def pull():
         raise Stop(f"You changed {', '.join(others[:5])}: commit that or put it elsewhere, then type the same again.")
     put_aside(in_the_way)
     must("merge", "--quiet", "--ff-only", "@{upstream}")
-    print(f"A new edition is here: {len(incoming)} files are new or changed.")
+    print(f"A new edition is here: {len(incoming)} files are new or changed. If JupyterLab is open, start it again.")
 
 
 def names(what):

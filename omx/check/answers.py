@@ -100,10 +100,14 @@ def _named(name: str) -> str:
 
 #: What the check cell that runs has said already; `notebook` empties it before each cell.
 said: set[str] | None = None
+#: What is wrong with the answers that it reads, before any look at them: `notebook` knows which cells have stopped.
+older = ""
 
 
 def correct(name: str) -> None:
     """The one line that a check prints when all is well; a cell that checks the same ten times says it once."""
+    if older:
+        raise Wrong(older)
     line = f"Correct: {name.rstrip(' ,')}." if name else "Correct."
     if said is None or line not in said:
         print(line)

@@ -34,12 +34,12 @@ def install() -> None:
 
 def _shown(shell, kind, error, trace, tb_offset=None):
     """IPython's handler of errors: one sentence if a check cell stopped with anything but its own sentence."""
-    cell = _cell_of(trace)
-    older = sorted(stopped & names(cell, ast.Load)) if is_check(cell) else []
+    cell = _cell_of(trace)  # '' where Python could not read the cell at all: then IPython shows its line alone
+    older = answers.older if is_check(cell) else ""
     if not older and (isinstance(error, Wrong) or not is_check(cell)):
-        shell.showtraceback((kind, error, trace), tb_offset=tb_offset, running_compiled_code=True)
+        shell.showtraceback((kind, error, trace), tb_offset=tb_offset, running_compiled_code=bool(cell))
         return
-    told = Wrong(_look_there(older[0]) if older else explained(error))
+    told = Wrong(older or explained(error))
     shell._showtraceback(Wrong, told, told._render_traceback_())
 
 
@@ -57,10 +57,14 @@ def names(cell: str, context: type) -> set[str]:
     return used | made if context is ast.Store else used
 
 
-def _look_there(name: str) -> str:
-    return (
-        f"The cell that makes {name} stopped with an error. Put that right first; this check saw what was there before."
-    )
+def _older(cell: str) -> str:
+    """A sentence on the first answer of a check's cell whose own cell has stopped; '' if there is none."""
+    for name in sorted(stopped & names(cell, ast.Load)) if is_check(cell) else ():
+        return (
+            f"The cell that makes {name} stopped with an error. Put that right first; "
+            "this check saw what was there before."
+        )
+    return ""
 
 
 def is_check(cell: str) -> bool:
@@ -116,8 +120,9 @@ def _one_line(text: str, most: int = LINE) -> str:
     return text if len(text) <= most else text[: most - 3] + "..."
 
 
-def _before_a_cell(_info=None) -> None:
+def _before_a_cell(info=None) -> None:
     answers.said = set()
+    answers.older = _older(getattr(info, "raw_cell", None) or "")
 
 
 def _after_a_cell(result) -> None:

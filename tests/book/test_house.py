@@ -5,6 +5,7 @@ import pkgutil
 import re
 import subprocess
 import sys
+import textwrap
 import tomllib
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -102,6 +103,13 @@ def test_links_of_the_front_pages_lead_somewhere(name):
     targets = re.findall(r"\]\(([^)#\s]+)", (ROOT / name).read_text(encoding="utf-8"))
     lost = [target for target in targets if not re.match(r"[a-z]+:", target) and not (ROOT / target).exists()]
     assert not lost
+
+
+def test_the_readme_shows_what_a_chapter_writes_and_code_that_runs():
+    shown = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.S)
+    written = (ROOT / "omx/generated/shipped/fk.py").read_text(encoding="utf-8")
+    assert textwrap.indent(shown[0], "    ").replace(" * ", "*") in written
+    assert subprocess.run([sys.executable, "-c", shown[1]], cwd=ROOT, check=False).returncode == 0
 
 
 # ---- versions live in environment.txt ------------------------------------------------------------------

@@ -41,12 +41,15 @@ def test_a_chapter_with_a_scene_opens_no_port(lab, kernel):
     assert {address for address, _ in before} == {"127.0.0.1"}
 
 
-def test_the_start_ends_with_the_chapters_address_and_how_to_stop(lab):
+def test_the_start_ends_with_the_chapters_address_and_how_to_stop(lab, kernel):
+    lab.ask(f"contents/{FIRST.relative_to(paths.ROOT).as_posix()}")
+    run_in_kernel(lab, kernel, "1")
     lab.log.flush()
     said = Path(lab.log.name).read_text(encoding="utf-8").splitlines()
     first = FIRST.relative_to(paths.ROOT).as_posix()
     assert said[0].startswith(f"The book: {lab.url}/lab/tree/{first}?token=")
     assert said[0].endswith("(to stop it: Ctrl-C here, twice)")
+    assert not said[1:], "a reader's terminal shows no warning that means nothing"
 
 
 def test_saving_a_chapter_that_was_run_leaves_its_file_as_it_is(lab):

@@ -569,7 +569,21 @@ def test_a_python_that_does_not_start_is_made_anew(clone):
 
 
 def test_unknown_command(clone):
-    assert "There is no command 'tset'; the commands are test" in one_sentence(clone.run("tset"))
+    assert "There is no command 'tset'; did you mean 'test'? `python run.py` lists" in one_sentence(clone.run("tset"))
+    assert "There is no command 'wxyz'. `python run.py` lists" in one_sentence(clone.run("wxyz"))
+
+
+def test_every_command_says_how_it_is_used(clone):
+    for command in launch.COMMANDS:
+        if command.name not in launch.USAGE:  # its tool has a parser, and calls itself as readers do
+            path = importlib.util.find_spec(command.calls[-1].split()[1]).origin.replace("__init__", "__main__")
+            assert f'"python run.py {command.name}"' in Path(path).read_text(encoding="utf-8"), command.name
+    for name in ("test", "repair", "lock"):
+        for question in ("-h", "--help"):
+            asked = clone.run(name, "more", question)
+            assert asked.stdout.startswith(f"usage: python run.py {name}"), asked
+            assert not asked.stderr
+    assert not (clone.root / ".venv").exists(), "a question sets nothing up"
 
 
 # ---- launching -----------------------------------------------------------------------------------------

@@ -89,11 +89,22 @@ def test_a_check_says_where_to_look_when_the_cell_of_the_answer_has_stopped(run)
     run("half = 3.0")
     for stops in ("half = 1 / 0", "half = (3.0", "half = missing"):
         run(stops, "cell-0")
-        error, _, _ = run("check.value(half, 7.0, 'half')")
-        assert error.startswith("Not yet. The cell that makes half stopped with an error.")
+        for wanted in (7.0, 3.0):  # the older answer was right, too: no tick for a cell that does not run
+            error, printed, _ = run(f"check.value(half, {wanted}, 'half')")
+            assert error.startswith("Not yet. The cell that makes half stopped with an error.")
+            assert not printed
     run("half = 2.0", "cell-0")
     error, _, _ = run("check.value(half, 7.0, 'half')")
     assert "too small" in error
+
+
+def test_a_cell_that_python_cannot_read_shows_its_line_alone(run):
+    for cell in ("def half():\nreturn 3.0", "half = (3.0", "half = 3.0)"):
+        error, _, _ = run(cell, "cell-0")
+        assert "Traceback" not in error
+        assert "IPython" not in error
+        assert "Error" in error.splitlines()[-1]
+    run("half = 3.0", "cell-0")
 
 
 def test_a_check_cell_says_each_thing_once(run):

@@ -12,9 +12,11 @@ import pytest
 import umsgpack
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib import font_manager
+from PIL import ImageFont
 
 import omx
-from omx.display.viewer import Camera, View, animation
+from omx.display.viewer import Camera, View, animation, threejs
 from omx.display.viewer.annotations import rgb
 from omx.hardware.simulator import cube, cup
 from tests.helpers.scenes import Page, decoded, objects, placed
@@ -137,6 +139,14 @@ def test_frames_are_labelled(view):
     images = decoded(view.channel)["set_object", "/meshcat/frames/3", ""]["object"]["images"]
     assert len(images) == 4, "x, y, z and the frame's own name"
     assert all(image["url"].startswith("data:image/svg+xml;base64,") for image in images)
+
+
+def test_a_label_has_room_for_every_letter():
+    font = ImageFont.truetype(font_manager.findfont(font_manager.FontProperties(family="DejaVu Sans", weight=700)), 46)
+    for letter in (chr(code) for code in (*range(0x20, 0x7F), *range(0x391, 0x3CA)) if chr(code) not in "_\u03a2"):
+        assert threejs._room(letter) >= font.getlength(letter) - 1, letter
+    _, ratio = threejs._svg("gamma", "#000000")
+    assert 64 * ratio > font.getlength("gamma") + 14, "with its halo"
 
 
 def shown_ghosts(view):

@@ -108,7 +108,7 @@ def run_in_kernel(lab, kernel_id, code, timeout_s=60):
     """Run code in a kernel of the server, through the server as a browser does; the text that it printed."""
     import websocket
 
-    address = lab.url.replace("http", "ws", 1) + f"/api/kernels/{kernel_id}/channels"
+    address = lab.url.replace("http", "ws", 1) + f"/api/kernels/{kernel_id}/channels?session_id=t"
     header = [f"Authorization: token {lab.token}"]
     message = {
         "header": {"msg_id": secrets.token_hex(8), "msg_type": "execute_request", "session": "t", "username": "t"},

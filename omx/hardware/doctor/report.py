@@ -1,7 +1,7 @@
 """What the doctor says: findings as data, and a report that reads well."""
 
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from .diagnoses import ILLNESSES
 
@@ -73,5 +73,9 @@ class Report:
 
 
 def _told(findings: list[Finding]) -> str:
+    """Findings of one cause, each in its line; those that differ in nothing but the servo in one."""
     *others, last = findings
+    if len({finding.symptom.replace(f"servo {finding.servo}", "") for finding in findings}) == 1 and others:
+        all_of_them = f"each of the servos {', '.join(str(finding.servo) for finding in findings)}"
+        others, last = [], replace(last, symptom=last.symptom.replace(f"servo {last.servo}", all_of_them))
     return "\n".join([*(f"{_SIGNS[other.level]} {other.symptom}" for other in others), str(last)])
