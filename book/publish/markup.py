@@ -4,6 +4,7 @@ import html
 import itertools
 import math
 import re
+import textwrap
 from itertools import accumulate, groupby
 
 from markdown_it import MarkdownIt
@@ -17,7 +18,7 @@ from book.chapters import cells
 from book.chapters.cells import text_of
 from book.publish import pages, slide_code, slide_content
 
-MOST_LINES = 20
+MOST_LINES, MOST_COLUMNS = 18, 88  # of printed text, in type of 22 of a slide's 720 pixels
 EQUALS = re.compile(r"(?<=\\right\]) = (?=\\left\[)")
 INLINE = re.compile(r"(\\\((?:(?!\\\)).)*\\\))([.,;:!?)\u201d\"]+)", re.DOTALL)
 SHOWN = re.compile("omx-scene|omx-panel")
@@ -66,9 +67,16 @@ def result(output):
 
 def listing(text):
     """Printed text, in blocks that fit a slide."""
-    for block in blocks(text.rstrip("\n").splitlines()):
+    lines = [part for line in text.rstrip("\n").splitlines() for part in folded(line)]
+    for block in blocks(lines):
         words = "\n".join(block)
         yield f'<pre class="output">{html.escape(words)}</pre>'
+
+
+def folded(line):
+    """A printed line in pieces that a slide holds, the later ones indented."""
+    indent = line[: len(line) - len(line.lstrip())] + "    "
+    return textwrap.wrap(line, MOST_COLUMNS, subsequent_indent=indent, replace_whitespace=False) or [line]
 
 
 def blocks(lines):
@@ -140,7 +148,11 @@ def link(found):
 
 def _maths(tokens, index, _options, _env, *, display):
     body = html.escape(tokens[index].content.strip())
-    return f'<div class="formula">\\[{body}\\]</div>' if display else f"\\({body}\\)"
+    if not display:
+        return f"\\({body}\\)"
+    parts = [body] if "\\begin" in body else body.split("\\qquad")  # side by side where there is room
+    shown = "".join(f'<div class="formula">\\[{part.strip()}\\]</div>' for part in parts)
+    return f'<div class="formulas">{shown}</div>' if len(parts) > 1 else shown
 
 
 def _reader():

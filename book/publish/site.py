@@ -24,6 +24,8 @@ from book.publish.page_scripts import SHARED, share, update
 from book.setup.paths import BUILD, ROOT, Stop
 
 SITE, DOCTREES = BUILD / "site", BUILD / "doctrees"
+#: Sphinx's note of how the pages were made, for its next build. It knows the folder of this one, so it is no page's.
+NOTE = DOCTREES / ".buildinfo"
 ICON = re.compile(r'("?)([a-z0-9-]+)\1:\[\d+,\d+,\[[^\]]*\],"[0-9a-f]*",(?:"[^"]*"|\[[^\]]*\])\],?')
 EXERCISE = re.compile(r"Exercise \d+\.\d+")
 SEARCH = re.compile(r'<script src="[^"]*(?:searchtools|searchindex|language_data)\.js[^"]*"></script>\s*')
@@ -49,7 +51,11 @@ def build(fresh=False, pdf=False):
     runs.run_all()
     share(libraries)
     arguments = ["-b", "html", "-c", ROOT / "book", "-d", DOCTREES, "-W", "--keep-going", "-q", ROOT, SITE]
+    if NOTE.exists() and SITE.exists():
+        NOTE.replace(SITE / NOTE.name)
     status = build_main([str(a) for a in arguments])
+    if (SITE / NOTE.name).exists():
+        (SITE / NOTE.name).replace(NOTE)
     if status == 0:
         decks = slides.build(folder=SITE / "slides")
         if pdf:

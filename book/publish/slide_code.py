@@ -17,6 +17,8 @@ from book.chapters import cells
 
 #: Characters of a line that fill a slide in type of 26 of 720 pixels (`deck.css`).
 COLUMNS = 72
+#: Lines that a slide holds in that type, below a heading and a sentence.
+MOST_LINES = 12
 FORMAT = (sys.executable, "-m", "ruff", "format", "--isolated", "--line-length", str(COLUMNS))
 
 
@@ -51,7 +53,10 @@ def remarks_above(source):
 
 
 def beginnings(source):
-    """The numbers (from 0) of lines at which a statement begins, remarks above it included: code may be cut there."""
+    """The numbers (from 0) of lines where code may be cut: a statement begins there, remarks above it included.
+
+    In a statement of more than `MOST_LINES` without a body each of its outermost parts counts as one.
+    """
     lines, begin = source.splitlines(), set()
     try:
         tree = ast.parse(source)
@@ -65,4 +70,7 @@ def beginnings(source):
                 while row and lines[row - 1].lstrip().startswith("#"):
                     row -= 1
                 begin.add(row)
+        if isinstance(node, ast.stmt) and not hasattr(node, "body") and node.end_lineno - node.lineno > MOST_LINES:
+            part = " " * (node.col_offset + 4)
+            begin |= {n for n in range(node.lineno + 1, node.end_lineno) if re.match(rf"{part}[^\s)\]}}]", lines[n])}
     return begin

@@ -181,7 +181,7 @@
     const start = unit.querySelector(".piece > *");
     if (start && !start.matches(`${TEXT}, ul, ol, table, blockquote`)) {
       const lead = texts(here).filter((t) => t.matches("p, li") && !t.matches(".again, .title")).at(-1);
-      if (lead?.matches("p")) following.append(element("p", "echo", ...copyOf(lead.querySelector(".last") ?? lead)));
+      if (lead?.matches("p") || (lead && start.matches(".code"))) following.append(element("p", "echo", ...copyOf(lead.querySelector(".last") ?? lead)));
     }
     following.append(unit);
     unit.querySelector(".piece")?.classList.remove("fragment"); // a slide does not begin empty

@@ -145,6 +145,12 @@ def test_two_builds_from_one_commit_are_the_same_bytes(tmp_path, monkeypatch):
     assert json.dumps(made[0]) == json.dumps(made[1])
 
 
+def test_nothing_on_the_site_knows_the_folder_of_its_build(built_site):
+    whole = [path for path in built_site.rglob("*") if path.is_file() and path.suffix != ".printed"]
+    assert [path.name for path in whole if str(site.ROOT).encode() in path.read_bytes()] == []
+    assert not (built_site / ".buildinfo").exists()
+
+
 def test_icons_in_use_are_kept_and_the_rest_is_gone(built_site):
     script = built_site / "_static" / "scripts" / "fontawesome.js"
     assert script.stat().st_size < 200_000

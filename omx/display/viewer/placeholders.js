@@ -6,7 +6,7 @@
   const filled = [];
   const isDark = () => document.documentElement.dataset.theme === "dark";
 
-  // The frame's page for one placeholder; the handouts' printer uses it, too.
+  // The frame's page for one placeholder.
   function page(box) {
     const { shell, viewer, stock, start } = OMX_VIEW;
     const config = JSON.stringify({ ...JSON.parse(box.dataset.config), dark: isDark(), keys: document.documentElement.dataset.keys }).replaceAll("<", "\\u003c");
@@ -16,7 +16,6 @@
       .replace("<!--viewer-->", () => text("scene", box.dataset.scene) + text("objects", box.dataset.objects) +
         text("stock", stock) + text("viewer", viewer) + run);
   }
-  window.omxPage = page;
 
   function fill(box) {
     if (box.firstElementChild) return;

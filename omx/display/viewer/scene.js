@@ -284,7 +284,6 @@
     },
     play() { if (!viewer.animator.playing) play.click(); },
     pause() { if (viewer.animator.playing) play.click(); },
-    capture() { window.parent.postMessage({ omx: "captured", url: viewer.capture_image() }, "*"); },
   };
   window.addEventListener("message", ({ data, source }) => {
     if (source === window.parent && source !== window && Object.hasOwn(said, data?.omx)) said[data.omx](data);
