@@ -184,7 +184,7 @@ def alternatives(lines, minor):
 
 @in_a_sentence
 def main(argv=None):
-    parser = argparse.ArgumentParser("python run.py student", description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser("python run.py student", description="The chapters as students get them.")
     parser.add_argument("notebooks", nargs="*", help="default: every chapter")
     parser.add_argument("--to", type=Path, default=STUDENT, metavar="FOLDER", help="default: build/student")
     parser.add_argument("--edition", type=Path, metavar="FILE.zip", help="all that a student needs, in one file")
