@@ -88,7 +88,10 @@ class Servos:
     # ---- switching on ----
 
     def switch_on(self, servos: list[int]) -> None:
-        """Set up for position mode and switch on, each where it stands, those that are on without letting go."""
+        """Set up for position mode and switch on, each where it stands, those that are on without letting go.
+
+        The set-point of a joint that was limp is the one that holds its weight just there, so that it does not sag.
+        """
         modes = again(self.bus.read_block, servos, MODES)
         on = again(self.bus.read_all, servos, "torque_enable")
         wrong = {servo: self._wanted(servo, modes[servo][0], "position") for servo in servos}
@@ -101,13 +104,14 @@ class Servos:
                 self.set_up(servo, "position", on=True)
         self._mend(servos)
         state = again(self.bus.read_block, servos, STATE)
-        off = {servo: self.within_limits(servo, state[servo][1]) for servo in servos if not on[servo]}
+        lifts = self._lifts(state)
+        off = {servo: self.within_limits(servo, state[servo][1] + lifts.get(servo, 0))
+               for servo in servos if not on[servo]}  # fmt: skip
         total = units.MILLISECONDS.raw(HOLD_S)
-        if held := [servo for servo in servos if on[servo] and servo not in wrong]:
-            self.put_all(PROFILE, dict.fromkeys(held, (total // 4, total)))
-        if off:
-            self.put_all(MOTION, {servo: (total // 4, total, goal) for servo, goal in off.items()})
+        if off:  # at once: while its set-point was on its way a joint would sag
+            self.put_all(MOTION, {servo: (0, 0, goal) for servo, goal in off.items()})
             self.put_all(reg.block("torque_enable"), dict.fromkeys(off, (1,)))
+        self.put_all(PROFILE, dict.fromkeys((s for s in servos if s not in wrong or s in off), (total // 4, total)))
         self.soft.clear()
 
     def _mend(self, servos) -> None:

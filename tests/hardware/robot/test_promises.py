@@ -150,6 +150,19 @@ def test_where_the_arm_may_go_it_does_not_sag_into_the_table(grams, q2, q3, q4):
     assert witness.lowest() > -1.0
 
 
+@pytest.mark.parametrize("q", [(0.0, 0.0, 0.0, 0.0), (0.3, 0.9, 0.1, -0.7), (0.0, -1.0, 0.3, 0.7)])
+def test_motors_that_go_on_hold_the_arm_just_where_it_is(q):
+    """A limp arm that lies on the table, or in a hand, must not sag into it by its weight."""
+    robot = Robot(VirtualPort(VirtualArm(q), clock=SteppedClock()))
+    for limp_s in (0.0, 10.0):
+        robot.relax()
+        robot.clock.sleep(limp_s)
+        limp, witness = np.array(robot.arm.q), Witness(robot.arm)
+        robot.write_motor_state(True)
+        robot.clock.sleep(1.0)
+        np.testing.assert_allclose(witness.q, np.tile(limp, (len(witness.q), 1)), atol=math.radians(0.25))
+
+
 # ---- a goal sent in mid-motion ----
 
 MOVE = st.tuples(LEGAL, st.floats(0.0, 3.0), st.floats(0.3, 5.0))
