@@ -111,7 +111,7 @@ class Servos:
         if off:  # at once: while its set-point was on its way a joint would sag
             self.put_all(MOTION, {servo: (0, 0, goal) for servo, goal in off.items()})
             self.put_all(reg.block("torque_enable"), dict.fromkeys(off, (1,)))
-        self.put_all(PROFILE, dict.fromkeys((s for s in servos if s not in wrong or s in off), (total // 4, total)))
+        self.put_all(PROFILE, dict.fromkeys(servos, (total // 4, total)))
         self.soft.clear()
 
     def _mend(self, servos) -> None:
