@@ -1,6 +1,7 @@
 """`RowView`: one DH row as four moves from frame {0} to frame {1}. A page without Python draws them by `dh_row.js`."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -32,6 +33,7 @@ class RowView(Scene):
 
     def __init__(self, row=(0, 0, 0, 0), *, height: int = 380, camera: Camera = Camera.ISO):
         super().__init__(height=height, camera=camera, aim=(0.02, 0.045, 0.06), distance=0.6, floor=-80.0)
+        self._sizes: dict[str, float] = {}
         with self.channel.batch():
             self.triad("first", np.eye(4), index=0, size=_MARK)
             self.triad("last", np.eye(4), index=1, size=_MARK)
@@ -61,23 +63,25 @@ class RowView(Scene):
 
     def _move(self, name: str, length: float, frame, middle) -> None:
         """An arrow along z of `frame`, its name at `middle`."""
-        drawing = annotations.arrow((0, 0, 0), (0, 0, length), _ALONG) if abs(length) >= 1.0 else None
-        self._mark_with(name, drawing, frame, middle)
+        length = length if abs(length) >= 1.0 else 0.0
+        self._mark_of(name, length, lambda: annotations.arrow((0, 0, 0), (0, 0, length), _ALONG), frame, middle)
 
     def _turn(self, name: str, angle: float, frame) -> None:
         """An arc about z of `frame`, from its x on, its name beside its middle."""
         angle = math.atan2(math.sin(angle), math.cos(angle))
-        drawing = annotations.turned(_ARC, angle, _ABOUT) if abs(angle) > 0.02 else None
+        angle = angle if abs(angle) > 0.02 else 0.0
         middle = frame @ (1.18 * _ARC * math.cos(angle / 2), 1.18 * _ARC * math.sin(angle / 2), 0, 1)
-        self._mark_with(name, drawing, frame, middle[:3])
+        self._mark_of(name, angle, lambda: annotations.turned(_ARC, angle, _ABOUT), frame, middle[:3])
 
-    def _mark_with(self, name: str, drawing: Drawing | None, frame, middle) -> None:
-        if drawing is None:
-            self.remove(name)
-        else:
-            self._note(name, drawing, frame)
+    def _mark_of(self, name: str, size: float, drawing: Callable[[], Drawing], frame, middle) -> None:
+        """A mark in `frame`, drawn anew only where its size has changed; there is none of size 0."""
+        if size != self._sizes.get(name):
+            self._sizes[name] = size
+            self._note(name, drawing()) if size else self.remove(name)
+        if size:
+            self.channel.place(f"{_NOTES}/{name}", frame)
         self.channel.place(f"{_NOTES}/{name}_name", np.block([[np.eye(3), middle[:, None]], [0, 0, 0, 1]]))
-        self.channel.set(f"{_NOTES}/{name}_name", "visible", drawing is not None)
+        self.channel.set(f"{_NOTES}/{name}_name", "visible", bool(size))
 
     def _config(self) -> dict:
         return {**super()._config(), "row": {"arc": _ARC, "along": _ALONG, "about": _ABOUT, "pale": PALE}}
