@@ -186,8 +186,13 @@ def with_outputs(copy, chapter):
     stored = {cell["id"]: cell["outputs"] for cell in chapter["cells"][:first] if cells.is_code(cell)}
     for cell in copy["cells"]:
         if cells.is_code(cell):
-            cell["outputs"] = stored.get(cell["id"], [])
+            cell["outputs"] = [uncounted(output) for output in stored.get(cell["id"], [])]
     return copy
+
+
+def uncounted(output):
+    """An output without the number of a run that was not the reader's."""
+    return {**output, "execution_count": None} if "execution_count" in output else output
 
 
 def write_start_page(path):

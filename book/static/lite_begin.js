@@ -120,6 +120,7 @@
       if (!roomy && known) makeRoom(window.jupyterapp);
       for (const other of document.body.children) if (other !== box && other !== frame) other.inert = !frame.hidden;
       if (news?.failed) {
+        box.hidden = false;
         say(`Python did not start: ${news.failed}. Load this page again; if it stays so, the folder on the server is not whole, ` +
           "or this browser cannot run it: Chrome, Edge and Chromium can.");
       } else if (news && ["idle", "busy"].includes(known)) {
