@@ -36,6 +36,8 @@ def _shown(shell, kind, error, trace, tb_offset=None):
     """IPython's handler of errors: one sentence if a check cell stopped with anything but its own sentence."""
     cell = _cell_of(trace)  # '' where Python could not read the cell at all: then IPython shows its line alone
     older = answers.older if is_check(cell) else ""
+    if is_check(cell) and isinstance(error, Wrong) and "still the TODO" in (todo := _unanswered(trace)):
+        older = older or todo  # whatever the check makes of the dots
     if not older and (isinstance(error, Wrong) or not is_check(cell)):
         shell.showtraceback((kind, error, trace), tb_offset=tb_offset, running_compiled_code=bool(cell))
         return
