@@ -1,13 +1,13 @@
 """Everything about code and chapters that can be checked in seconds: `python run.py check [chapter ...]`.
 
 Without a chapter: ruff over the whole repository, notebooks too, the types of the mathematics (mypy), then the
-conventions of every chapter.
+conventions of every chapter, and the numbers of the pages that tell some.
 """
 
 import subprocess
 import sys
 
-from book.chapters import lint
+from book.chapters import lint, lint_numbers
 from book.setup.paths import ROOT
 
 
@@ -19,6 +19,7 @@ def check(arguments):
     if not arguments:
         style += subprocess.run([sys.executable, "-m", "mypy", "--no-error-summary"], cwd=ROOT, check=False).returncode
     found = [problem for path in paths for problem in lint.problems(path)]
+    found += [] if arguments else lint_numbers.of_pages()
     print("\n".join(found) or "The chapters keep the conventions.")
     return int(bool(style or found))
 

@@ -18,7 +18,6 @@ import functools
 import math
 import re
 import sys
-from pathlib import Path
 
 from book.chapters import normalise
 from book.chapters.cells import FENCED, MATHS, is_code, prose, source, text_of
@@ -219,15 +218,23 @@ def number_of(digits):
 PAGES = ("book/errata.md", "book/files.md", "book/glossary.md", "book/notation.md")
 
 
+def of_pages(paths=PAGES):
+    """What is wrong with the numbers of pages, as lines `name, line n: what`."""
+    found = ((path, page_problems((ROOT / path).read_text(encoding="utf-8"))) for path in paths)
+    return [f"{path}, line {number}: {what}" for path, problems in found for number, what in problems]
+
+
+def of_chapters(paths):
+    found = ((path, problems(normalise.read(path)["cells"])) for path in paths)
+    return [f"{path.name}, cell {number}: {what}" for path, wrong in found for number, what in wrong]
+
+
 def main(argv=None):
-    paths = [Path(name) for name in argv or []] or [*normalise.chapters([]), *(ROOT / page for page in PAGES)]
-    found = []
-    for path in paths:
-        if path.suffix == ".md":
-            told = ((f"line {n}", what) for n, what in page_problems(path.read_text(encoding="utf-8")))
-        else:
-            told = ((f"cell {n}", what) for n, what in problems(normalise.read(path)["cells"]))
-        found += [f"{path.name}, {where}: {what}" for where, what in told]
+    named = argv or []
+    pages = [name for name in named if name.endswith(".md")]
+    chapters = [name for name in named if name not in pages]
+    found = of_chapters(normalise.chapters(chapters)) if chapters or not named else []
+    found += of_pages(pages if named else PAGES)
     print("\n".join(found) or "Every number in prose is backed.")
     return 1 if found else 0
 

@@ -154,6 +154,11 @@ def _differs(comparison: Comparison, at: list[dict], ours, theirs, shape=()) -> 
         what = what[0].upper() + what[1:]
     example = f"{what} is {gives}; {_written(theirs[point, entry])} is wanted."
     slip = comparison.slip()
+    if len(shape) == 2 and shape[0] == shape[1] > 1:
+        turned = (
+            ours.reshape(-1, *shape).swapaxes(1, 2).reshape(ours.shape) if ours.shape[1] == math.prod(shape) else ours
+        )
+        slip = "Rows and columns are exchanged: this is the transpose." if np.allclose(turned, theirs) else slip
     if not slip and 0.2 < agree.all(axis=1).mean() < 1:  # fewer are special points, where many things agree
         slip = "It is right for some values only: a root or an inverse function forgets a sign or a turn."
     return [slip, example] if slip else [example]

@@ -158,6 +158,19 @@ def hint(error: Exception) -> str:
         if found and hasattr(np, found[1]):
             return f"Did you mean np.{found[1]}?"
         return "Is the name spelt as it was defined, and has the cell that defines it run without an error?"
+    if "SympifyError" in type(error).__name__:
+        return "SymPy takes no arrays: sp.lambdify makes a function of numbers from an expression."
+    missing = re.search(r"'numpy.ndarray' object has no attribute '(\w+)'", text)
+    if missing and hasattr(np, missing[1]):
+        return f"NumPy has it as a function: np.{missing[1]}(...)."
+    if "not reversible" in text:
+        return "list(...) around it makes a list of it, and a list can be reversed."
+    if "no attribute 'subs'" in text:
+        return "An expression of SymPy is wanted there, with its symbols, or a number such as sp.Rational(1, 2)."
+    if "expression to float" in text:
+        return "It still holds a symbol: .subs puts a number in for it."
+    if "not 'list'" in text:
+        return "A list is no number: [0] takes its first entry."
     if isinstance(error, TypeError) and ("scalar" in text or "0-dim" in text or "real number" in text):
         return "math.cos and its kin take one number; did you mean np.cos?"
     if isinstance(error, TypeError) and "no callable" in text:

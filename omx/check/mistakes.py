@@ -54,11 +54,17 @@ class Comparison:
             yield np.where(angle, quarter - a, a), "That is 90 deg minus the angle wanted: taken from the other axis."
         yield np.sqrt(a), "That is the square of what is wanted: the root is missing."
         yield -a, "The sign is wrong."
+        yield from _factor(self)
 
     def close(self) -> str:
         """A sentence for an answer that is only a rounding away; empty otherwise."""
         off = float(np.max(np.abs(self.answer - self.expected)))
-        if off >= 1 and off < 3 and np.array_equal(np.round(self.answer), self.answer) and not any(self.units):
+        if (
+            self.answer.ndim == 0
+            and 1 <= off < 3
+            and np.array_equal(np.round(self.answer), self.answer)
+            and not any(self.units)
+        ):
             return f"That is off by {off:.0f}: count once more, and round to the nearest."
         scale = float(np.max(np.abs(self.expected))) or 1.0
         if off < 1e-3 * scale:
@@ -116,6 +122,20 @@ def _units(c: Comparison) -> Iterator[tuple[np.ndarray, str]]:
         )
 
 
+def _factor(c: Comparison) -> Iterator[tuple[np.ndarray, str]]:
+    """One factor that is missing everywhere, or too many; of one number alone that would be no slip."""
+    told = np.abs(c.expected) > 1e-9 * np.max(np.abs(c.expected), initial=0)
+    if told.sum() < 2 or np.ptp(np.abs(c.expected[told])) == 0:
+        return
+    ratio = float(np.median(c.answer[told] / c.expected[told]))
+    if math.isfinite(ratio) and ratio > 0 and abs(math.log(ratio)) > 1e-3:
+        times, way = (ratio, "large") if ratio > 1 else (1 / ratio, "small")
+        yield (
+            c.answer / ratio,
+            f"All of it is {times:.4g} times too {way}: a factor is missing, or there is one too many.",
+        )
+
+
 def _matrices(c: Comparison) -> Iterator[tuple[np.ndarray, str]]:
     a, shape = c.answer, c.answer.shape
     if len(shape) < 2 or shape[-1] != shape[-2] or c.parts:
@@ -140,6 +160,11 @@ def _components(c: Comparison) -> Iterator[tuple[np.ndarray, str]]:
         flipped = a.copy()
         flipped[..., i] *= -1
         yield flipped, f"{c.name(i)} has the wrong sign."
+    for unit in dict.fromkeys(c.units):
+        group = c.of(unit)
+        if 1 < group.sum() < width:
+            names = _listed([c.name(i) for i in np.flatnonzero(group)]).removesuffix(" are")
+            yield np.where(group, -a, a), f"{names} have the wrong sign."
 
 
 def _one_each(words: str, width: int) -> list[str]:

@@ -5,7 +5,11 @@ import numpy as np
 from ..errors import Wrong
 
 #: SymPy's classes in a reader's words.
-KINDS = {"Expr": "SymPy expression", "MatrixBase": "SymPy matrix, sp.Matrix(...)"}
+KINDS = {
+    "Expr": "SymPy expression",
+    "Basic": "SymPy expression or number",
+    "MatrixBase": "SymPy matrix, sp.Matrix(...)",
+}
 
 
 def present(answer, name: str) -> None:

@@ -87,6 +87,8 @@ SLIPS = {  # what the sentence says -> the slip, made in a pose
     "y has the wrong sign": lambda x, y, z, pitch: (x, -y, z, pitch),
     "pitch has the wrong sign": lambda x, y, z, pitch: (x, y, z, -pitch),
     "The sign is wrong": lambda x, y, z, pitch: (-x, -y, -z, -pitch),
+    "All of it is 9.81 times too small": lambda *pose: tuple(part / 9.81 for part in pose),
+    "All of it is 2 times too large": lambda *pose: tuple(2 * part for part in pose),
     "90 deg minus the angle": lambda x, y, z, pitch: (x, y, z, math.pi / 2 - pitch),
     "off by 1.0e-02: keep all digits": lambda x, y, z, pitch: (x + 0.01, y, z, pitch),
     "z is wrong; x, y and pitch are right": lambda x, y, z, pitch: (x, y, z + 50, pitch),
@@ -112,6 +114,21 @@ def test_slips_of_matrices():
     assert "the transpose" in wrong(check.value, T.T, T, "T")
     assert "the inverse" in wrong(check.value, np.linalg.inv(T), T, "T")
     assert "the sign is wrong" in wrong(check.value, -T, T, "T").lower()
+
+
+def test_a_factor_is_claimed_only_where_it_explains_several_different_numbers():
+    assert "times too" not in wrong(check.value, 10.0, 5.0, "one number")
+    assert "times too" not in wrong(check.value, [2.0, 2.0], [1.0, 1.0], "two equal numbers")
+    assert "times too" not in wrong(check.value, [2.0, 4.0, 6.5], [1.0, 2.0, 3.0], "three numbers")
+    assert "3 times too small" in wrong(check.expression, x * y, 3 * x * y, "a product")
+    assert "times too" not in wrong(check.expression, sp.sin(x), sp.cos(x), "a sine")
+
+
+def test_a_count_is_one_number_and_a_transposed_matrix_of_expressions_is_told():
+    assert "count once more" in wrong(check.value, 6, 8, "how many")
+    assert "count once more" not in wrong(check.value, [1, 2, 0], [1, 0, 0], "three numbers")
+    turned = wrong(check.expression, sp.Matrix([[1, y], [x, x * y]]), sp.Matrix([[1, x], [y, x * y]]), "a matrix")
+    assert "Rows and columns are exchanged" in turned
 
 
 def test_degrees_and_squares():
