@@ -293,6 +293,17 @@
     }
   }
 
+  // MathJax measures in ex, which a browser rounds to its pixels: a slide shown larger or smaller would cut what just fits.
+  function inPixels(formulas) {
+    const sizes = [...formulas].map((svg) => [svg, parseFloat(getComputedStyle(svg).width), parseFloat(svg.getAttribute("width"))]);
+    for (const [svg, width, ex] of sizes) {
+      if (!(width > 0)) continue; // what is only said
+      const scaled = (length) => `${parseFloat(length) * width / ex}px`;
+      svg.style.verticalAlign = scaled(svg.style.verticalAlign || 0);
+      for (const side of ["width", "height"]) svg.setAttribute(side, scaled(svg.getAttribute(side)));
+    }
+  }
+
   // ---- notes ---------------------------------------------------------------------------------------------------
 
   function tellNotes(slides) {
@@ -366,6 +377,7 @@
     inSteps(section);
     if (!fits(section)) fits(section, true);
   }
+  inPixels(document.querySelectorAll(".slides mjx-container svg"));
   tellNotes(leaves());
   document.body.classList.remove("measuring");
   if (printing) await onPaper(leaves());
