@@ -38,7 +38,8 @@
   const blocks = (section) => [...section.querySelectorAll(".unit > .piece > *, .again, .echo")];
   const pictures = (section) => [...section.querySelectorAll(".omx-scene, img, .figure")].filter((p) => !p.parentElement.closest(".omx-scene"));
   const panel = (section) => section.querySelector(".omx-panel");
-  const bottom = (section) => Math.max(0, ...blocks(section).map((b) => b.getBoundingClientRect().bottom)) - section.getBoundingClientRect().top;
+  const bottom = (section) => Math.max(0, ...blocks(section).map((b) => b.getBoundingClientRect().bottom)) - section.getBoundingClientRect().top +
+    (section.querySelector("table.part") ? 40 : 0); // one table again, its columns are as wide as all rows ask: a line more
 
   // ---- making one slide fit ------------------------------------------------------------------------------------
 
@@ -280,6 +281,7 @@
         node.remove();
       }
     }
+    for (const table of section.querySelectorAll("table.part")) table.classList.remove("part");
   }
 
   // What follows a step on its slide comes with that step: nothing is answered before it has been shown.
