@@ -65,7 +65,9 @@ def beginnings(source):
     for node in ast.walk(tree):
         for name in ("body", "orelse", "finalbody"):
             block = getattr(node, name, ())
-            for part in block[1:] if isinstance(block, list) else ():  # the first stays with what it belongs to
+            block = block if isinstance(block, list) else []
+            first = 2 if block and isinstance(block[0], ast.Expr) and isinstance(block[0].value, ast.Constant) else 1
+            for part in block[first:]:  # what comes first, below a docstring, stays with what it belongs to
                 row = min([part.lineno, *(mark.lineno for mark in getattr(part, "decorator_list", ()))]) - 1
                 while row and lines[row - 1].lstrip().startswith("#"):
                     row -= 1

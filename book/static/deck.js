@@ -38,7 +38,8 @@
   const blocks = (section) => [...section.querySelectorAll(".unit > .piece > *, .again, .echo")];
   const pictures = (section) => [...section.querySelectorAll(".omx-scene, img, .figure")].filter((p) => !p.parentElement.closest(".omx-scene"));
   const panel = (section) => section.querySelector(".omx-panel");
-  const bottom = (section) => Math.max(0, ...blocks(section).map((b) => b.getBoundingClientRect().bottom)) - section.getBoundingClientRect().top;
+  const bottom = (section) => Math.max(0, ...blocks(section).map((b) => b.getBoundingClientRect().bottom)) - section.getBoundingClientRect().top +
+    (section.querySelector("table.part") ? 40 : 0); // one table again, its columns are as wide as all rows ask: a line more
 
   // ---- making one slide fit ------------------------------------------------------------------------------------
 
@@ -280,6 +281,7 @@
         node.remove();
       }
     }
+    for (const table of section.querySelectorAll("table.part")) table.classList.remove("part");
   }
 
   // What follows a step on its slide comes with that step: nothing is answered before it has been shown.
@@ -290,6 +292,17 @@
       if (step < 0) continue;
       piece.classList.add("fragment");
       piece.dataset.fragmentIndex = step;
+    }
+  }
+
+  // MathJax measures in ex, which a browser rounds to its pixels: a slide shown larger or smaller would cut what just fits.
+  function inPixels(formulas) {
+    const sizes = [...formulas].map((svg) => [svg, parseFloat(getComputedStyle(svg).width), parseFloat(svg.getAttribute("width"))]);
+    for (const [svg, width, ex] of sizes) {
+      if (!(width > 0)) continue; // what is only said
+      const scaled = (length) => `${parseFloat(length) * width / ex}px`;
+      svg.style.verticalAlign = scaled(svg.style.verticalAlign || 0);
+      for (const side of ["width", "height"]) svg.setAttribute(side, scaled(svg.getAttribute(side)));
     }
   }
 
@@ -366,6 +379,7 @@
     inSteps(section);
     if (!fits(section)) fits(section, true);
   }
+  inPixels(document.querySelectorAll(".slides mjx-container svg"));
   tellNotes(leaves());
   document.body.classList.remove("measuring");
   if (printing) await onPaper(leaves());

@@ -431,6 +431,15 @@ def test_search_finds_an_exercise_by_its_number(look):
     assert "#exercise-4-4-" in look.page.locator("#search-results li a").first.get_attribute("href")
 
 
+@pytest.mark.parametrize("words", ["elbow up", "overload"])
+def test_search_finds_a_word_of_the_glossary_first(look, words):
+    look.open(f"search.html?q={words.replace(' ', '+')}")
+    first = look.page.locator("#search-results li a").first
+    first.wait_for(timeout=30_000)
+    look.page.wait_for_timeout(300)
+    assert f"glossary.html#term-{words.replace(' ', '-')}" in first.get_attribute("href")
+
+
 def test_search_finds_a_word_of_a_chapter(look):
     look.open("search.html?q=singularity")
     look.page.locator("#search-results li").first.wait_for(timeout=30_000)
