@@ -134,48 +134,39 @@ def _hint(error: Exception, function, arguments) -> str:
     return hint(error) or f"It was called with {_written(arguments)}."
 
 
+#: What usually lies behind an error in an answer: its kind, what it says (a pattern), and a sentence. The first counts.
+HINTS = (
+    (Exception, "ellipsis", "Something that it uses is still the TODO."),
+    (Exception, "size 3 is different from 4", "A 4x4 matrix takes a point as (x, y, z, 1)."),
+    (IndexError, "out of bounds", "Python counts from 0: the last of four is [3]."),
+    (Exception, "NoneType.*'append'", "`append` changes the list and returns nothing: do not assign what it returns."),
+    (Exception, "unsupported operand.*'(Pose|tuple|list)'",
+     "Tuples and lists do not compute: np.array(...) makes an array of them."),
+    (Exception, "NoneType", "Something is None there: does a function lack its `return` line?"),
+    (Exception, "ndarray' object is not callable", "An array takes its index in square brackets, [3]."),
+    (Exception, "is not callable",
+     "What stands there is no function: define it with def, and do not use its name for something else."),
+    (NameError, "", "Is the name spelt as it was defined, and has the cell that defines it run without an error?"),
+    (Exception, "^SympifyError", "SymPy takes no arrays: sp.lambdify makes a function of numbers from an expression."),
+    (Exception, "not reversible", "list(...) around it makes a list of it, and a list can be reversed."),
+    (Exception, "no attribute 'subs'",
+     "An expression of SymPy is wanted there, with its symbols, or a number such as sp.Rational(1, 2)."),
+    (Exception, "expression to float", "It still holds a symbol: .subs puts a number in for it."),
+    (Exception, "not 'list'", "A list is no number: [0] takes its first entry."),
+    (TypeError, "scalar|0-dim|real number", "math.cos and its kin take one number; did you mean np.cos?"),
+    (TypeError, "no callable",
+     "NumPy's functions cannot take SymPy's numbers and symbols: sp.cos can, and float(...) makes numbers."),
+)  # fmt: skip
+
+
 def hint(error: Exception) -> str:
     """A sentence on what usually lies behind an error in an answer; '' if nothing does."""
-    text = str(error)
-    if "ellipsis" in text:
-        return "Something that it uses is still the TODO."
-    if "size 3 is different from 4" in text:
-        return "A 4x4 matrix takes a point as (x, y, z, 1)."
-    if isinstance(error, IndexError) and "out of bounds" in text:
-        return "Python counts from 0: the last of four is [3]."
-    if "NoneType" in text and "'append'" in text:
-        return "`append` changes the list and returns nothing: do not assign what it returns."
-    if "unsupported operand" in text and re.search(r"'(Pose|tuple|list)'", text):
-        return "Tuples and lists do not compute: np.array(...) makes an array of them."
-    if "NoneType" in text:
-        return "Something is None there: does a function lack its `return` line?"
-    if "ndarray' object is not callable" in text:
-        return "An array takes its index in square brackets, [3]."
-    if "is not callable" in text:
-        return "What stands there is no function: define it with def, and do not use its name for something else."
-    if isinstance(error, NameError):
-        found = re.search(r"'(\w+)'", text)
-        if found and hasattr(np, found[1]):
-            return f"Did you mean np.{found[1]}?"
-        return "Is the name spelt as it was defined, and has the cell that defines it run without an error?"
-    if "SympifyError" in type(error).__name__:
-        return "SymPy takes no arrays: sp.lambdify makes a function of numbers from an expression."
-    missing = re.search(r"'numpy.ndarray' object has no attribute '(\w+)'", text)
-    if missing and hasattr(np, missing[1]):
-        return f"NumPy has it as a function: np.{missing[1]}(...)."
-    if "not reversible" in text:
-        return "list(...) around it makes a list of it, and a list can be reversed."
-    if "no attribute 'subs'" in text:
-        return "An expression of SymPy is wanted there, with its symbols, or a number such as sp.Rational(1, 2)."
-    if "expression to float" in text:
-        return "It still holds a symbol: .subs puts a number in for it."
-    if "not 'list'" in text:
-        return "A list is no number: [0] takes its first entry."
-    if isinstance(error, TypeError) and ("scalar" in text or "0-dim" in text or "real number" in text):
-        return "math.cos and its kin take one number; did you mean np.cos?"
-    if isinstance(error, TypeError) and "no callable" in text:
-        return "NumPy's functions cannot take SymPy's numbers and symbols: sp.cos can, and float(...) makes numbers."
-    return ""
+    text = f"{type(error).__name__}: {error}"
+    unknown = re.search(r"'(\w+)'" if isinstance(error, NameError) else r"'numpy.ndarray' object has .* '(\w+)'", text)
+    if unknown and hasattr(np, unknown[1]):
+        name = f"np.{unknown[1]}"
+        return f"Did you mean {name}?" if isinstance(error, NameError) else f"NumPy has it as a function: {name}(...)."
+    return next((told for kind, said, told in HINTS if isinstance(error, kind) and re.search(said, text, re.S)), "")
 
 
 def _takes(function, count: int) -> bool:
