@@ -83,6 +83,7 @@ def test_without_a_port_the_software_is_examined_and_the_virtual_arm_offered(mon
     monkeypatch.setattr("omx.hardware.doctor.examination.find_ports", list)
     report = doctor()
     assert wrong(report) == {"no_ports"}
+    assert str(report).endswith("1 thing to mend if an arm is plugged in, nothing if you have none.")
     assert any("dynamixel-sdk" in fact for fact in report.facts)
     for system in ("linux", "darwin", "win32"):
         assert "--virtual" in find("no_ports", system=system).remedy

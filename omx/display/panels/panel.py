@@ -178,7 +178,8 @@ def slider_row(name: str, low: float, high: float, value: float, unit: str, step
         value=min(max(value, low), high), min=low, max=high, step=step, description=name, readout_format=".1f",
         layout=ipywidgets.Layout(width="340px"), style={"description_width": "48px"},
     )  # fmt: skip
-    limits = ipywidgets.Label(f"{_plain(low)} to {_plain(high)} {unit}", layout=ipywidgets.Layout(width="120px"))
+    room = ipywidgets.Layout(min_width="120px", flex="0 0 auto")
+    limits = ipywidgets.Label(f"{_plain(low)} to {_plain(high)} {unit}", layout=room)
     return slider, ipywidgets.HBox([slider, limits])
 
 

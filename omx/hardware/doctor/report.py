@@ -60,6 +60,8 @@ class Report:
         lines += [_told(group) for group in self._groups()]
         wrong = sum(finding.level != "note" for finding in self.findings)
         lines.append(f"{wrong} thing{'s' * (wrong != 1)} to mend." if wrong else "Nothing to mend.")
+        if wrong == 1 and "no_ports" in self.keys:
+            lines[-1] = "1 thing to mend if an arm is plugged in, nothing if you have none."
         return "\n".join(lines)
 
     __repr__ = __str__
