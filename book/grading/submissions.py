@@ -20,7 +20,7 @@ def found(place, key, name):
     if not best:
         broken = [path for path in paths if path.stem.startswith(name[:2])]
         others = [path.name for path in files if passed_over(path, name)]
-        but = f" but {', '.join(others)}: the notebook itself is wanted" if others else ""
+        but = f" but {', '.join(others)}: this chapter's notebook is wanted" if others else ""
         return (broken[0], "") if broken else (None, f"nothing handed in{but}")
     said = [] if best[-1].name == f"{name}.ipynb" else [f"graded: {best[-1].name}"]
     said += [f"{len(best)} notebooks of this chapter; the fullest and newest counts"] if len(best) > 1 else []
@@ -28,8 +28,8 @@ def found(place, key, name):
 
 
 def passed_over(path, name):
-    """Is this a file that may hold the chapter, though not as a notebook: an archive, a page, a text?"""
-    return path.suffix.lower() == ".zip" or path.name.startswith(name[:2])
+    """Is this a file that may pass for the chapter: an archive, a page, a text, another notebook?"""
+    return path.suffix.lower() in (".zip", ".ipynb") or path.name.startswith(name[:2])
 
 
 def held_in(path, key):

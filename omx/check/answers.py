@@ -64,10 +64,16 @@ def expression(answer, expected, name="the expression", ranges: dict | None = No
     raise Wrong(" ".join((_not_right(name), *told, *_differs(comparison, at, ours, theirs, shape))))
 
 
+#: What a sheet's functions raise as long as nobody has written their body.
+STILL_TO_DO = "is still to do: replace this line by your own."
+
+
 def handed_in(**answers) -> None:
     """Are the answers there? Whether they are right is looked at after they are handed in. Raises `Wrong`."""
     for name, answer in answers.items():
-        present(answer, name)
+        inside = getattr(getattr(answer, "__code__", None), "co_consts", ())
+        is_todo = any(STILL_TO_DO in part for part in inside if isinstance(part, str))
+        present(... if is_todo else answer, name)
     print(f"There: {', '.join(answers)}. Whether it is right, you hear when it is marked.")
 
 

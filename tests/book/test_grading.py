@@ -367,7 +367,7 @@ def test_odd_files_get_their_mark_or_a_sentence(course):
     assert "not graded: it is a notebook of another format" in found["old"]["notes"]
     assert "nothing handed in" in found["empty"]["notes"]
     assert "nothing handed in" in found["absent"]["notes"]
-    assert "nothing handed in but all of it.zip: the notebook itself is wanted" in found["archived"]["notes"]
+    assert "nothing handed in but all of it.zip: this chapter's notebook is wanted" in found["archived"]["notes"]
     assert f"nothing handed in but {NAME}.html" in found["as-a-page"]["notes"]
     assert not {".DS_Store", "readme.txt", "readme"} & set(found)
     assert "not on the roster" in found["raises"]["notes"]

@@ -6,6 +6,7 @@ import pytest
 
 from book.chapters import edition, execute, normalise, student
 from book.chapters.cells import is_code, source, tags
+from omx import check
 from tests.helpers.chapter import SOLUTION, chapter, code, markdown
 
 CHAPTERS = [
@@ -98,6 +99,14 @@ def test_slugs_are_the_exercise_without_its_title():
     assert student.slug("Exercise 3.1 · Two models of one arm") == "exercise-3-1"
     assert student.slug("Exercise 7.1: another line") == "exercise-7-1"
     assert student.slug("Draw it") == "draw-it"
+
+
+def test_a_thin_check_knows_a_function_whose_body_nobody_has_written():
+    names = {}
+    exec(student.todo("def half(length):\n    return length / 2", "Exercise 7.2", ["half"]), names)
+    with pytest.raises(check.Wrong, match="half is still the TODO"):
+        check.handed_in(half=names["half"])
+    check.handed_in(half=lambda length: length / 2)
 
 
 def test_speakers_notes_stay_with_the_speaker():
