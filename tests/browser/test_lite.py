@@ -94,8 +94,10 @@ def tab_of(playwright, chromium, **settings):
     tab.problems = []
     tab.on("pageerror", lambda error: tab.problems.append(str(error)))
     tab.on("console", lambda message: is_error(message) and tab.problems.append(message.text))
-    yield tab
-    browser.close()
+    try:
+        yield tab
+    finally:
+        browser.close()
 
 
 def is_error(message):
