@@ -33,8 +33,10 @@ def chapter(playwright, chromium, home, name):
     tab.goto(f"{home}lab/index.html?path={name}")
     tab.wait_for_function(IDLE)
     tab.ready_s = tab.evaluate("performance.now() / 1e3")
-    yield tab
-    browser.close()
+    try:
+        yield tab
+    finally:
+        browser.close()
 
 
 def run_all(tab):
