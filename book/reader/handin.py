@@ -150,7 +150,8 @@ def main(argv=None):
             target = options.to / f"{path.stem}.html"
             for exercise, result in write(path, target, run=not options.as_saved):
                 print(f"{MARKS[result]} {exercise}: {WORDS[result]}")
-            print(f"Hand in this file: {target}")
+            saved = datetime.datetime.fromtimestamp(path.stat().st_mtime)
+            print(f"Hand in this file: {target} (your work as saved {saved:%d %B, %H:%M}; save again to add to it)")
     except (Stop, execute.Failed, OSError, nbformat.ValidationError) as error:
         print(f"run.py: {error}", file=sys.stderr)
         return 1

@@ -1,7 +1,9 @@
 """The reader's folder: copies that nothing of ours overwrites, answers that survive a new edition, clean saving."""
 
 import copy
+import datetime
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -380,6 +382,17 @@ def test_a_handed_in_page_is_run_shows_results_and_needs_nothing_else(tmp_path):
     assert not re.findall(r'(?:src|href)="(?!data:)[^"]*"', page.split("<script>")[0])
     for call in ("<link", "<script src", "@import", "url(http"):
         assert call not in page
+
+
+def test_who_hands_in_hears_what_passed_and_of_when_it_is(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(handin, "WORK", tmp_path)
+    path = names.chapter("03", tmp_path)
+    store(path, chapter())
+    os.utime(path, (0, datetime.datetime(2026, 3, 4, 15, 16).timestamp()))
+    assert handin.main(["03", "--as-saved", "--to", str(tmp_path / "out")]) == 0
+    *_, last = capsys.readouterr().out.splitlines()
+    assert last.startswith(f"Hand in this file: {tmp_path / 'out' / path.stem}.html")
+    assert "as saved 04 March, 15:16;" in last
 
 
 def test_an_answer_in_words_waits_for_a_teacher():
