@@ -69,7 +69,7 @@ UNUSED = re.compile(
     r"meshcat/(viewer/(?!dist/main\.min\.js)|examples/|tests/)"
     r"|(sympy|mpmath|ipywidgets)/(.+/)?(tests|benchmarks)/"
     r"|[^/]+\.data/data/share/|anywidget/(lab|nb)extension/"
-    r"|numpy/(f2py|_core/(include|lib)|random/lib)/"
+    r"|numpy/(_core/(include|lib)|random/lib)/"
     r"|matplotlib/mpl-data/(sample_data/|fonts/(afm/|pdfcorefonts/|ttf/(DejaVuSerif|DejaVuSansMono-.*Oblique|Humor)))"
     r"|jedi/third_party/(django-stubs|typeshed/(stdlib|third_party)/2)/"
     r"|_ssl\.so"

@@ -16,6 +16,7 @@ import zipfile
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy
 import pytest
 
 from book.chapters import cells, normalise, runs
@@ -409,6 +410,12 @@ def test_without_a_site_there_is_nothing_to_lay_it_into(built, elsewhere, tmp_pa
     said = capsys.readouterr().err
     assert said == "lite: there is no site in build/site to lay it into: `python run.py book` builds one.\n"
     assert [path.name for path in lite.LITE.iterdir()] == ["kept"]
+
+
+def test_what_a_package_offers_by_a_star_is_not_left_out():
+    """SymPy's `lambdify` imports all of NumPy by a star, `numpy.f2py` with it."""
+    offered = [f"numpy/{name}/__init__.py" for name in numpy.__all__]
+    assert [path for path in offered if lite.UNUSED.search(path)] == []
 
 
 def test_a_build_with_another_hash_is_not_taken(tmp_path):
