@@ -45,8 +45,9 @@ class DHRow:
 class Chain:
     """A serial chain of DH rows; frame 0 is the base, frame n moves with joint n and is the tool.
 
-    Numbers go in and arrays come out; SymPy comes out where a row holds a symbol or `q` anything of SymPy's. Raises
-    `BadInput`. Warns where two joints turn about one line, as they do when Craig's rows are taken for standard ones.
+    Numbers go in and arrays come out; SymPy comes out where a row holds a symbol or `q` anything of SymPy's. Immutable:
+    what a solution says by its chain stays true. Raises `BadInput`. Warns where two joints turn about one line, as they
+    do when Craig's rows are taken for standard ones.
 
     Args:
         rows: one `DHRow` a joint, or (theta, d, a, alpha[, prismatic]).
@@ -57,14 +58,24 @@ class Chain:
         tool: the tool seen from the frame at which the last row ends, (4, 4), mm; frame n then is the tool's.
     """
 
+    rows: tuple[DHRow, ...]
+    limits: tuple[tuple[float, float], ...] | None
+    names: tuple[str, ...]
+    name: str
+    base: Any
+    tool: Any
+
     def __init__(self, rows: Sequence[DHRow], limits=None, names=None, name: str = "chain", base=None, tool=None):
-        self.rows = as_table(rows)
-        default = (f"{'d' if row.prismatic else 'q'}{i}" for i, row in enumerate(self.rows, start=1))
-        self.names = tuple(default) if names is None else _as_names(names, len(self.rows))
-        prismatic = [row.prismatic for row in self.rows]
-        self.limits = None if limits is None else as_limits(limits, len(self.rows), prismatic)
-        self.name = name if isinstance(name, str) else shown(name)
-        self.base, self.tool = as_transform(base, "base"), as_transform(tool, "tool")
+        table = as_table(rows)
+        default = (f"{'d' if row.prismatic else 'q'}{i}" for i, row in enumerate(table, start=1))
+        self.__dict__.update(
+            rows=table,
+            names=tuple(default) if names is None else _as_names(names, len(table)),
+            limits=None if limits is None else as_limits(limits, len(table), [row.prismatic for row in table]),
+            name=name if isinstance(name, str) else shown(name),
+            base=as_transform(base, "base"),
+            tool=as_transform(tool, "tool"),
+        )
         for i, row in enumerate(self.rows, start=1):
             _refuse_variables(row, i, self.names)
         _suspect_craig(self)
@@ -83,6 +94,12 @@ class Chain:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of the suspicion that this is a table after Craig
             return cls(shifted, limits, names, name, None if np.array_equal(first, np.eye(4)) else first, tool)
+
+    def __setattr__(self, key, value):
+        raise AttributeError(f"a Chain does not change; make another with the {key} that you want.")
+
+    def __delattr__(self, key):
+        raise AttributeError(f"a Chain does not change; {key} stays.")
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -191,18 +208,19 @@ def as_table(rows) -> tuple[DHRow, ...]:
 
 
 def as_transform(value, name: str):
-    """A rigid transform (4, 4), mm, as an array, or as a SymPy matrix where it holds symbols; None stays None."""
+    """A rigid transform (4, 4), mm, that nobody changes any more: a copy, of SymPy where it holds symbols; or None."""
     if value is None:
         return None
     wanted = f"`{name}` must be a transform (4, 4), mm, with a rotation and the last row 0, 0, 0, 1"
     if getattr(value, "free_symbols", None) and getattr(value, "shape", None) == (4, 4):
         if any(value[3, j] - int(j == 3) for j in range(4)):
             raise BadInput(f"{wanted}; its last row is {list(value[3, :])}.")
-        return value
-    T = as_rows(value, name, 4, "a transform (4, 4), mm")
+        return value.as_immutable()
+    T = np.array(as_rows(value, name, 4, "a transform (4, 4), mm"))
     rigid = T.shape == (4, 4) and np.allclose(T[3], [0, 0, 0, 1]) and np.allclose(T[:3, :3].T @ T[:3, :3], np.eye(3))
     if not rigid or np.linalg.det(T[:3, :3]) < 0:
         raise BadInput(f"{wanted}; got {shown(value)} of shape {T.shape}.")
+    T.flags.writeable = False
     return T
 
 

@@ -50,6 +50,11 @@ TASK_POSE = "x, y, z in mm and pitch in rad"
 BRANCHES = ((True, True), (True, False), (False, True), (False, False))
 
 
+def branch_name(front: bool, elbow_up: bool) -> str:
+    """A branch in words: `front, elbow up`."""
+    return f"{'front' if front else 'back'}, elbow {'up' if elbow_up else 'down'}"
+
+
 class Pose(NamedTuple):
     """Where the tool is: x, y, z in mm in the base frame, pitch in rad above the horizontal, in (-pi, pi]."""
 
@@ -89,7 +94,7 @@ class IKSolution(Four):
 
     __slots__ = ("_asked", "_limits", "elbow_up", "front", "q")
 
-    def __init__(self, q, front, elbow_up, limits=LIMITS, asked=()):
+    def __init__(self, q, front, elbow_up, limits, asked):
         self.q: tuple[float, float, float, float] | None = q
         self.front: bool = front
         self.elbow_up: bool = elbow_up
@@ -121,7 +126,7 @@ class IKSolution(Four):
     @property
     def branch(self) -> str:
         """The branch in words: `front, elbow up`."""
-        return f"{'front' if self.front else 'back'}, elbow {'up' if self.elbow_up else 'down'}"
+        return branch_name(self.front, self.elbow_up)
 
     def _angles(self) -> tuple[float, float, float, float]:
         if self.q is None:
@@ -249,8 +254,8 @@ def solve_ik(pose, start=HOME, geometry: Geometry = COURSE, limits=LIMITS) -> IK
     if reachable:
         least = min(reachable, key=lambda s: max(v.excess for v in s.violations))
         asked = slip_of_unit(target)
-        where = f"no legal branch{'.' + asked + ' N' if asked else '; n'}earest is {least.branch}"
-        raise JointLimit(least.violations, clipped(least.q, limits), where)
+        none = f"no legal branch.{asked} Nearest is" if asked else "no legal branch; nearest is"
+        raise JointLimit(least.violations, clipped(least.q, limits), f"{none} {least.branch}")
     raise _unreachable(target, solutions, geometry)
 
 
@@ -334,7 +339,7 @@ def _turned(solution: IKSolution, q1: float, limits) -> IKSolution:
     low, high = limits[0]
     first = remainder(min(max(remainder(q1, tau), low), high), tau)
     q = (first if first > -pi else pi, *solution.q[1:])
-    return IKSolution(q, solution.front, solution.elbow_up, limits)
+    return IKSolution(q, solution.front, solution.elbow_up, limits, solution._asked)
 
 
 def _unreachable(target, solutions, geometry) -> Unreachable:

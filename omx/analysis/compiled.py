@@ -18,13 +18,14 @@ from types import FunctionType, ModuleType, SimpleNamespace
 import numpy as np
 
 from .. import kinematics
-from ..arm import LIMITS
+from ..arm import HOME, LIMITS
 from ..arrays import as_rows
+from ..dh import as_limits
 from ..errors import BadInput
 from ..generated import fk as _fk
 from ..generated import ik as _ik
 from ..generated import polynomials as _polynomials
-from ..geometry import COURSE, Geometry
+from ..geometry import COURSE, Geometry, as_geometry
 
 #: The largest angle (rad) and length (mm) that the compiled formulas take: beyond, digits or squares are lost.
 RANGE = (64.0, 1e9)
@@ -72,6 +73,7 @@ def pose(q, geometry: Geometry = COURSE, *, threads: int | None = None, dtype=np
     than the arm repeats; the arithmetic is in float64 all the same. Raises `BadInput`.
     """
     q = _rows(q, "q", 4, kinematics.JOINT_ANGLES)
+    as_geometry(geometry)
     rows = q.reshape(-1, 4)
     done = _run(_fk.pose, rows, geometry.values, threads, dtype)
     out = done[0] if done else np.asarray(kinematics.pose(rows, geometry), dtype)
@@ -86,6 +88,8 @@ def ik_batch(poses, geometry: Geometry = COURSE, limits=LIMITS, *, threads: int 
     poses = _rows(poses, "poses", 4, kinematics.TASK_POSE)
     if poses.ndim != 2:
         raise BadInput(f"`poses` must have shape (N, 4); got {poses.shape}. For one pose use `omx.ik`.")
+    limits = as_limits(limits, 4)
+    kinematics.ik(HOME, geometry, limits)  # says so if these lengths have no inverse
     ends = tuple(end for low, high in limits for end in (low - kinematics.LIMIT_SLACK, high + kinematics.LIMIT_SLACK))
     done = _run(_judged, poses, (*ends, *geometry.values), threads, dtype)
     if done:

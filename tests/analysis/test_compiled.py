@@ -149,6 +149,21 @@ def test_what_is_no_batch_of_numbers_is_refused(way, bad):
         compiled.ik_batch([200.0, 0.0, 100.0, 0.0])
 
 
+def test_what_has_no_inverse_or_no_limits_is_refused(way):
+    """As by `omx.ik_batch`: without a look, the compiled loop would give verdicts."""
+    for wrong, told in (
+        ({"geometry": omx.COURSE.replace(L2=-130.0)}, "L2 must not be below 0"),
+        ({"geometry": omx.COURSE.replace(L3=0.0)}, "a link of length 0"),
+        ({"geometry": omx.COURSE.chain}, "`geometry` must be a Geometry"),
+        ({"limits": omx.LIMITS[:3]}, "`limits` must be 4 pairs"),
+        ({"limits": [(-90, 90)] * 4}, "degrees"),
+    ):
+        with pytest.raises(omx.BadInput, match=told):
+            compiled.ik_batch(poses(10), **wrong)
+    with pytest.raises(omx.BadInput, match="`geometry` must be a Geometry"):
+        compiled.pose(joints(3), omx.COURSE.chain)
+
+
 @pytest.mark.parametrize("options", [{"threads": 0}, {"threads": -2}, {"dtype": np.int64}])
 def test_impossible_options_are_refused(way, options):
     with pytest.raises(omx.BadInput, match=next(iter(options))):

@@ -1,7 +1,6 @@
 """All answers with their verdicts: reach, limits, and what is free where axes fall on one line."""
 
 from math import pi
-from multiprocessing.reduction import ForkingPickler
 
 import numpy as np
 import pytest
@@ -10,6 +9,7 @@ import omx
 from omx import BadInput, Chain, DHRow
 from omx.analysis import Inverse
 from omx.derive import write_inverse
+from tests.helpers import processes
 from tests.helpers.six_joint_arms import ARMS, H, configurations, gaps
 
 #: The limits of the web page on the Stanford arm; one of its units is 100 mm here.
@@ -165,9 +165,9 @@ def test_a_module_of_another_arm_is_refused(modules):
     assert repr(Inverse(ARMS["UR5"], modules["UR5"])) == "Inverse('UR5', 8 branches)"
 
 
-def test_a_solution_keeps_its_verdicts_in_a_copy(modules):
+def test_a_solution_keeps_its_verdicts_in_another_process(modules):
     arm = Chain(ARMS["textbook"].rows, limits=[(-1, 1)] * 6, name="textbook")
-    for s in Inverse(arm, modules["textbook"])(arm.fk([0.3, 0.7, 0.9, 0.5, 0.0, -0.9])):
-        other = ForkingPickler.loads(ForkingPickler.dumps(s))
+    solutions = Inverse(arm, modules["textbook"])(arm.fk([0.3, 0.7, 0.9, 0.5, 0.0, -0.9]))
+    for s, other in zip(solutions, processes.there_and_back(solutions), strict=True):
         assert (repr(other), other.violations, other.families) == (repr(s), s.violations, s.families)
         assert other == s

@@ -231,7 +231,10 @@ def test_work_that_is_missing_is_named(old, new, message):
 
 def test_what_the_exercises_take_together_is_their_sum():
     """Six of ten minutes: an hour; three quarters or an hour and a half are not."""
-    for said, wrong in (("an hour", 0), ("an hour and a quarter", 1), ("two hours", 1)):
+    for said, wrong in (
+        ("an hour", 0), ("an hour and a quarter", 1), ("two hours", 1), ("an hour and leave room", 0),
+        ("an hour and tenderly", 0), ("an hour and five minutes", 0), ("an hour and forty minutes", 1),
+    ):  # fmt: skip
         cells = [*a_working_chapter(), markdown(f"Together they take about {said}.")]
         assert len(list(lint.the_minutes_add_up(cells))) == wrong
 

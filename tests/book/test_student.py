@@ -109,6 +109,17 @@ def test_a_thin_check_knows_a_function_whose_body_nobody_has_written():
     check.handed_in(half=lambda length: length / 2)
 
 
+@pytest.mark.parametrize("early", [True, False])
+def test_a_function_that_keeps_the_sheets_line_behind_its_own_is_written(early):
+    names, stop = {}, student.todo("def half(length):\n    return 1", "Exercise 7.2", ["half"]).splitlines()[-1]
+    own = "    if length:\n        return length / 2\n" if early else "    length /= 2\n"
+    exec(f"def half(length):\n{own}{stop}", names)
+    if early:
+        return check.handed_in(half=names["half"])
+    with pytest.raises(check.Wrong, match="half is still the TODO"):
+        check.handed_in(half=names["half"])
+
+
 def test_speakers_notes_stay_with_the_speaker():
     cells = chapter()
     cells.insert(3, markdown("For the speaker: they will say 12, because they add.", "notes"))

@@ -66,6 +66,25 @@ def test_every_frame_is_a_rigid_motion():
     np.testing.assert_array_equal(frames[..., 3, :], np.broadcast_to([0, 0, 0, 1], (*frames.shape[:-2], 4)))
 
 
+def test_a_chain_does_not_change():
+    """What is worked out of it when it is read, such as a solution's verdict, would change behind one's back."""
+    base = BASE.copy()
+    symbolic = sp.eye(4)
+    symbolic[0, 3] = L1
+    chain = Chain(STANFORD, [(-1, 1)] * 6, base=base, tool=symbolic)
+    for name, value in vars(chain).copy().items():
+        with pytest.raises(AttributeError, match=f"does not change; make another with the {name}"):
+            setattr(chain, name, value)
+        with pytest.raises(AttributeError, match=f"does not change; {name} stays"):
+            delattr(chain, name)
+    with pytest.raises(ValueError, match="read-only"):
+        chain.base[0, 3] = 5.0
+    with pytest.raises(TypeError):
+        chain.tool[0, 3] = 5
+    base[0, 3] = symbolic[0, 3] = 5
+    assert (chain.base[0, 3], chain.tool[0, 3]) == (BASE[0, 3], L1)
+
+
 # ---- symbols through the same rows ---------------------------------------------------------------------
 
 q1, q2, L1 = sp.symbols("q1 q2 L1")

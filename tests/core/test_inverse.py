@@ -2,7 +2,6 @@
 
 from itertools import product
 from math import degrees, dist, hypot, inf, nan, nextafter, pi, radians
-from multiprocessing.reduction import ForkingPickler
 
 import numpy as np
 import pytest
@@ -11,8 +10,9 @@ from hypothesis import strategies as st
 
 import omx
 from omx import COURSE, HOME, LIMITS
-from omx.kinematics import ON_AXIS
-from tests.helpers import oracles
+from omx.analysis import compiled
+from omx.kinematics import ON_AXIS, IKSolution
+from tests.helpers import oracles, processes
 
 GEOMETRIES = [COURSE, omx.MAKER, COURSE.replace("long forearm", L3=150.0), COURSE.replace("no dog-leg", delta=0.0)]
 EXACT = 1e-11  # mm and rad; the contract is 1e-9 mm
@@ -151,6 +151,14 @@ def test_an_ik_solution_says_what_it_is():
     assert f"out of reach by {back.missing:.3f} mm" in repr(back)
     with pytest.raises(omx.BadInput, match="back, elbow down"):
         list(back)
+
+
+def test_a_solution_knows_what_was_asked():
+    """All of it can be said of every one that can be made: none out of reach without knowing how far."""
+    with pytest.raises(TypeError, match=r"limits.*asked"):
+        IKSolution(None, True, True)
+    (turned,) = (s for s in [omx.solve_ik((0, 0, 350, radians(60)), start=(1.0, 0, 0, 0))] if s.q[0] == 1.0)
+    assert turned._asked
 
 
 # ---- reach ---------------------------------------------------------------------------------------------
@@ -318,16 +326,16 @@ def test_a_configuration_exactly_at_its_limits_is_legal():
         assert any(oracles.angle_gap(s.q, q).max() < 1e-9 for s in legal)
 
 
-def test_the_verdicts_agree_with_one_another_at_the_edge_of_a_limit_and_in_a_copy():
+def test_the_verdicts_agree_with_one_another_at_the_edge_of_a_limit_and_in_another_process():
     """They are worked out when they are read: `legal` without a loop, and wherever the solution has gone."""
     narrow = [(low + 0.1, high - 0.1) for low, high in LIMITS]
     asked = [*omx.pose(oracles.any_q(300)).tolist(), *omx.pose(oracles.random_q(100)).tolist(), [600, 0, 204, 0]]
+    answers = [omx.ik(pose, limits=narrow) for pose in asked]
     kinds = set()
-    for pose in asked:
-        for s in omx.ik(pose, limits=narrow):
+    for pose, solutions, others in zip(asked, answers, processes.there_and_back(answers), strict=True):
+        for s, other in zip(solutions, others, strict=True):
             assert s.legal == (s.reachable and not s.violations)
             assert s.reachable == (s.q is not None) == (s.missing == 0)
-            other = ForkingPickler.loads(ForkingPickler.dumps(s))
             assert (repr(other), other.missing, other.violations) == (repr(s), s.missing, s.violations)
             kinds.add((s.reachable, s.legal))
             if s.reachable:
@@ -461,8 +469,9 @@ def test_an_arm_with_a_length_below_0_has_none_either(function):
     assert omx.pose(HOME, backwards)
     with pytest.raises(omx.BadInput, match="has no inverse here: L2 must not be below 0"):
         function((200, 0, 150, 0), geometry=backwards)
-    with pytest.raises(omx.BadInput, match="L2 must not be below 0"):
-        omx.ik_batch([(200, 0, 150, 0)], backwards)
+    for batch in (omx.ik_batch, compiled.ik_batch):
+        with pytest.raises(omx.BadInput, match="L2 must not be below 0"):
+            batch([(200, 0, 150, 0)], backwards)
 
 
 def test_the_start_must_be_four_angles():

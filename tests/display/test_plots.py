@@ -231,5 +231,5 @@ def test_a_cloud_has_one_scale_and_no_numbers_in_its_corners():
     ],
 )
 def test_what_cannot_be_drawn_is_named(draw, wrong):
-    with pytest.raises((omx.BadInput, TypeError), match=r"`\w+.*` must|not iterable"):
+    with pytest.raises(omx.BadInput, match=r"`\w+.*` must"):
         draw(wrong)

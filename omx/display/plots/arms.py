@@ -30,7 +30,7 @@ def planar(
     join by a thin line, broken where they are NaN. `across` and `up` name the axes. `alt` is put before the numbers
     in the alt text.
     """
-    arms = [as_points(arm, "arms") for arm in arms] or [as_points((), "arms")]
+    arms = [as_points(arm, "arms") for arm in (arms if np.iterable(arms) else ())] or [as_points(arms, "arms")]
     figure, axes = axes_of(f"{across} ({unit})", f"{up} ({unit})", square=True)
     labels = [*labels, *([""] * (len(arms) - len(labels)))]
     if path is not None:

@@ -6,7 +6,7 @@ from pathlib import Path
 from ...arm import HOME, LIMITS, ZERO
 from ...collision import OVER_THE_TABLE, PAIRS, capsules
 from ...geometry import Geometry
-from ...kinematics import BRANCHES, IKSolution, frames
+from ...kinematics import BRANCHES, branch_name, frames
 from ..palette import AXES, INK, PALETTE, REFUSED, VERMILION
 from .assets import as_expression
 from .skeleton import reach
@@ -19,7 +19,7 @@ _COLOURS = {"axes": AXES, "ink": INK, "refused": REFUSED, "ellipse": VERMILION}
 
 def branch_names() -> list[str]:
     """The four branches in words, in the order of `omx.ik`."""
-    return [IKSolution(None, front, elbow_up).branch for front, elbow_up in BRANCHES]
+    return [branch_name(front, elbow_up) for front, elbow_up in BRANCHES]
 
 
 def chain_data(chain, limits, inverse=None) -> dict:
