@@ -105,7 +105,7 @@ class Driver:
             self.servos.put_all(reg.block("goal_pwm"), {servo: (most,) for servo, most in self.servos.pwm.items()})
 
     def torque_on(self) -> None:
-        """Set every servo up and switch it on where it stands: first a limp joint's goal becomes what holds it there."""
+        """Set every servo up and switch it on where it stands: a limp joint's goal is first what holds it there."""
         self.bus.refuse_if_read_only("switch its motors on")
         self.brake.refuse_if_latched()
         self.watcher.alone(self._switch_on)
@@ -284,7 +284,21 @@ class Driver:
     def stiffen(self) -> None:
         """Back into position mode, joint by joint."""
         if self.torque and self.servos.soft:
-            self.watcher.alone(self.servos.stiffen)
+            self.watcher.alone(self._stiffen)
+
+    def _stiffen(self) -> None:
+        if self.torque:  # another thread may have switched them off meanwhile
+            self.servos.stiffen()
+
+    def soften(self, servos) -> None:
+        """One of the `servos` after the other into the mode with limited current, each holding as it did."""
+        self.come_to_rest()
+        self.watcher.alone(self._soften, servos)
+
+    def _soften(self, servos) -> None:
+        if not self.torque:
+            raise TorqueOff
+        self.servos.soften(servos)
 
     def halt(self) -> None:
         """Hold on our own account, once; what fails then does not hide the reason for it."""

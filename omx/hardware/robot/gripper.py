@@ -84,6 +84,11 @@ class Gripper:
         force = max(torque - FRICTION, 0.0) / GRIP_TORQUE_PER_N
         return Grip(OPENING_AT_ZERO + 2 * FINGER_PER_RAD * angle, force, holding and not self._slipped(angle), angle)
 
+    @property
+    def moving(self) -> bool:
+        """Are the fingers still under way, by their time?"""
+        return self.clock.now() < self._standing
+
     def settle(self) -> Grip:
         """Wait until the fingers stand, and look."""
         until, before = self.clock.now() + PATIENCE_S, math.inf
@@ -120,7 +125,7 @@ class Gripper:
         if self._held is not None and not self._slipped(sense * units.POSITION.value(position)):
             return
         moves = abs(units.VELOCITY.value(speed)) >= RESTING
-        if moves or self.clock.now() < self._standing:
+        if moves or self.moving:
             presses = not moves and abs(units.ANGLE.value(aim - position)) > SHORT
             goal = aim if presses else position
             self.goal = sense * units.POSITION.value(goal)

@@ -88,13 +88,7 @@ def _push(driver: Driver, reading: Reading, milliamps: dict[int, float]) -> tupl
         driver.stand()
     with driver.unbroken():
         if not driver.servos.soft.issuperset(milliamps):
-            soften(driver, milliamps)
+            driver.soften(milliamps)
         pushed = driver.push.push(milliamps)
     driver.watcher.begin()
     return pushed
-
-
-def soften(driver: Driver, servos) -> None:
-    """One of the `servos` after the other into the mode with limited current, each holding as it did."""
-    driver.come_to_rest()
-    driver.watcher.alone(driver.servos.soften, servos)

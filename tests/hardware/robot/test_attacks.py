@@ -190,9 +190,13 @@ def test_fingers_are_not_switched_on_again_while_another_thread_switches_off(rob
     assert not robot.driver.torque
 
 
-@pytest.mark.parametrize("act", ["recover", "grip"])
+@pytest.mark.parametrize("act", ["recover", "grip", "push", "hold"])
 def test_motors_that_another_thread_let_go_just_before_stay_off(robot, monkeypatch, act):
     alone = robot.driver.watcher.alone
+    if act in ("push", "hold"):
+        robot.write_mode("current")
+    if act == "hold":
+        robot.write_currents([0, 0, 0, 0])
 
     def late(change, *args):
         monkeypatch.undo()
@@ -200,11 +204,9 @@ def test_motors_that_another_thread_let_go_just_before_stay_off(robot, monkeypat
         return alone(change, *args)
 
     monkeypatch.setattr(robot.driver.watcher, "alone", late)
-    if act == "recover":
-        robot.recover()
-    else:
-        with pytest.raises(TorqueOff):
-            robot.grip()
+    acts = {"recover": robot.recover, "grip": robot.grip, "push": lambda: robot.write_currents([0] * 4)}
+    with contextlib.suppress(TorqueOff) if act in ("recover", "hold") else pytest.raises(TorqueOff):
+        acts.get(act, robot.hold)()
     robot.clock.sleep(3.0)
     assert not on(robot)
     assert not robot.arm.servo(15).torque_on
