@@ -116,7 +116,7 @@ class Guard:
         fewest = max(ways) / self.speed_cap
         if seconds is None:
             return fewest
-        as_number(seconds, "seconds", "a positive number", 1e-9)
+        as_number(seconds, "seconds", "at least 1e-9 s", 1e-9)
         if seconds < fewest * (1 - 1e-9):
             joint = ways.index(max(ways)) + 1
             raise TooFast(f"q{joint}", max(ways) / seconds, self.speed_cap, fewest)

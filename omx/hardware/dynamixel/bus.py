@@ -56,8 +56,7 @@ class Bus:
         self._port = Port(port) if isinstance(port, str) else port
         if not isinstance(self._port, Port):
             raise BadInput(f"`port` is a name, such as '/dev/ttyUSB0' or 'COM5', or a Port; got {shown(port)}.")
-        if self._port.is_open:
-            raise PortBusy(self.name, "another bus of this program has this very port. Close that one first")
+        self._line = None  # ours, while it is the port's: a port outlives its buses
         self._protocol = Protocol()
         self._lock = threading.RLock()
         self._stale, self._asking = False, 0
@@ -87,8 +86,8 @@ class Bus:
 
     @property
     def is_open(self) -> bool:
-        """False after `close`, and after the port has gone."""
-        return self._port.is_open
+        """False after `close`, and after the port has gone; another bus may have it then."""
+        return self._port.is_open and self._port.ser is self._line
 
     @property
     def asking(self) -> bool:
@@ -105,19 +104,26 @@ class Bus:
         if self._port.getCFlagBaud(baud) <= 0:
             raise BadInput(f"baud {baud!r} is not one that the adapter knows; the arm's is 1000000.")
         with self._lock:
-            self._port.baudrate = baud
-            self._port.openPort()
+            self._open(baud)
 
     def close(self):
         """Let the port go. The servos keep doing what they were told last."""
         with self._lock:
-            self._port.closePort()
+            if self.is_open:
+                self._port.closePort()
 
     def reopen(self):
         """Open the port again, after it was closed or lost."""
         with self._lock:
-            self._port.openPort()
+            self._open(self._port.baudrate)
             self._stale = True
+
+    def _open(self, baud: int):
+        if self._port.is_open and not self.is_open:
+            raise PortBusy(self.name, "another bus of this program has this very port. Close that one first")
+        self._port.baudrate = baud
+        self._port.openPort()
+        self._line = self._port.ser
 
     # ---- one servo ----
 
@@ -206,7 +212,7 @@ class Bus:
         if instruction not in pk.QUESTIONS:
             self.refuse_if_read_only(doing)
         with self._lock:
-            if not self._port.is_open:
+            if not self.is_open:
                 raise PortLost(self.name, "the port is closed. Call reopen(), or make a new connection.")
             if (self._stale or self._asking) and wanted and instruction != Do.PING:
                 self._catch_up(wanted[0][0])

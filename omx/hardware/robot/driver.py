@@ -65,7 +65,7 @@ class Driver:
         self, bus: Bus, guard: Guard | None = None, *, idle_s: float | None = IDLE_S, offsets=(0.0, 0.0, 0.0, 0.0)
     ):
         if idle_s is not None:
-            as_number(idle_s, "idle_s", "above 0 s, or None for never", 1e-3, math.inf)
+            as_number(idle_s, "idle_s", "at least 0.001 s, or None for never", 1e-3, math.inf)
         self.bus, self.guard, self.clock = bus, guard or Guard(), bus.clock
         self.condition: Condition = look_over(bus)
         if self.condition.problems:
@@ -105,7 +105,7 @@ class Driver:
             self.servos.put_all(reg.block("goal_pwm"), {servo: (most,) for servo, most in self.servos.pwm.items()})
 
     def torque_on(self) -> None:
-        """Set every servo up and switch it on where it stands: the goal becomes the present position first."""
+        """Set every servo up and switch it on where it stands: a limp joint's goal is first what holds it there."""
         self.bus.refuse_if_read_only("switch its motors on")
         self.brake.refuse_if_latched()
         self.watcher.alone(self._switch_on)
@@ -136,10 +136,14 @@ class Driver:
         A servo that reboots is limp for half a second: support the arm. Returns the ids of the servos rebooted.
         """
         self.bus.refuse_if_read_only("restart a servo")
-        faulty = self.watcher.alone(self.rescue.recover, self.torque)
+        faulty = self.watcher.alone(self._recover)
+        self.watcher.begin()
+        return faulty
+
+    def _recover(self) -> list[int]:
+        faulty = self.rescue.recover(self.torque)
         self.torque = any(self.servos.of_joints("torque_enable").values())
         self.watcher.troubles.clear()
-        self.watcher.begin()
         return faulty
 
     # ---- looking ----
@@ -210,6 +214,13 @@ class Driver:
             self._fault()
             self.rescue.catch(off)
 
+    def _catch_limp_fingers(self) -> None:
+        if not self.torque:
+            raise TorqueOff
+        if not self.servos.get(GRIPPER_ID, "torque_enable"):
+            again(self.bus.check_hardware, [GRIPPER_ID])
+            self.rescue.catch([GRIPPER_ID])
+
     # ---- when something is wrong ----
 
     @contextlib.contextmanager
@@ -238,10 +249,13 @@ class Driver:
     def stop(self) -> None:
         """Hold at once, fingers too, and refuse every command until `resume`. May be called from another thread."""
         self.brake.latch()
-        try:
-            self.hold()
-        finally:
-            self._still_fingers()
+        with self._rescuing():
+            try:
+                self.stand()
+            finally:  # before anybody who does not answer is waited for
+                self._still_fingers()
+            self.stiffen()
+        self.mode = "position"
 
     def _still_fingers(self) -> None:
         if self.torque:
@@ -270,7 +284,21 @@ class Driver:
     def stiffen(self) -> None:
         """Back into position mode, joint by joint."""
         if self.torque and self.servos.soft:
-            self.watcher.alone(self.servos.stiffen)
+            self.watcher.alone(self._stiffen)
+
+    def _stiffen(self) -> None:
+        if self.torque:  # another thread may have switched them off meanwhile
+            self.servos.stiffen()
+
+    def soften(self, servos) -> None:
+        """One of the `servos` after the other into the mode with limited current, each holding as it did."""
+        self.come_to_rest()
+        self.watcher.alone(self._soften, servos)
+
+    def _soften(self, servos) -> None:
+        if not self.torque:
+            raise TorqueOff
+        self.servos.soften(servos)
 
     def halt(self) -> None:
         """Hold on our own account, once; what fails then does not hide the reason for it."""
@@ -452,11 +480,7 @@ class Driver:
         self.watcher.asked()
         if not self.condition.has_gripper:
             raise NotReady(self.bus.name, ["no gripper: servo 15 does not answer"])
-        if not self.torque:
-            raise TorqueOff
-        if not self.servos.get(GRIPPER_ID, "torque_enable"):
-            again(self.bus.check_hardware, [GRIPPER_ID])
-            self.rescue.catch([GRIPPER_ID])
+        self.watcher.alone(self._catch_limp_fingers)
         try:
             self.gripper.prepare(force, seconds)
             with self.brake.lock:
@@ -468,10 +492,12 @@ class Driver:
             raise
 
     def settle(self) -> Grip:
-        """Wait until the fingers stand, and look; raises `Stopped` if somebody stopped them."""
+        """Wait until the fingers stand, and look; raises `Stopped` if somebody stopped them, resumed or not."""
+        stops = self.brake.stops
         try:
             found = self.gripper.settle()
             self.brake.refuse_if_latched()
+            self.brake.refuse_if_stopped_since(stops)
         except (KeyboardInterrupt, Stopped) as error:
             self.broken_off(error)
             raise

@@ -21,7 +21,7 @@ from ..dynamixel import registers as reg
 from ..dynamixel import units
 from ..dynamixel.bus import again
 from ..safety import FRICTION
-from .servo_group import HOLD_S, Servos
+from .servo_group import HOLD_S, STATE, Servos
 
 #: Fingers that stand this far (rad) short of where they were sent have something between them: pads 1 mm apart.
 SHORT = 0.045
@@ -29,7 +29,10 @@ SHORT = 0.045
 SLIPPED = 0.09
 #: How long (s) fingers take at the most: weak ones are slow.
 PATIENCE_S = 8.0
-RESTING = math.radians(1.0)  # rad/s
+#: Fingers that turned less (rad) than this in 0.1 s stand.
+STILL = math.radians(0.1)
+#: Slower (rad/s) is at rest: a servo counts in steps of 1.4 deg/s, and one of them is noise.
+RESTING = math.radians(2.0)
 
 
 class Grip(NamedTuple):
@@ -64,9 +67,9 @@ class Gripper:
 
     def close_to(self, angle: float, seconds: float) -> None:
         """Turn to `angle` (rad; negative opens) in the `seconds` prepared, whichever way its drive mode counts."""
-        self.goal, self._held = angle, None
-        self.servos.put(GRIPPER_ID, "goal_position", units.POSITION.raw(self._sense() * angle))
-        self._standing = self.clock.now() + seconds
+        sense = self._sense()
+        self.goal, self._held, self._standing = angle, None, self.clock.now() + seconds  # first: a stop may come now
+        self.servos.put(GRIPPER_ID, "goal_position", units.POSITION.raw(sense * angle))
 
     def look(self) -> Grip:
         """Where its fingers are, and what they do; two transactions."""
@@ -81,13 +84,18 @@ class Gripper:
         force = max(torque - FRICTION, 0.0) / GRIP_TORQUE_PER_N
         return Grip(OPENING_AT_ZERO + 2 * FINGER_PER_RAD * angle, force, holding and not self._slipped(angle), angle)
 
+    @property
+    def moving(self) -> bool:
+        """Are the fingers still under way, by their time?"""
+        return self.clock.now() < self._standing
+
     def settle(self) -> Grip:
         """Wait until the fingers stand, and look."""
         until, before = self.clock.now() + PATIENCE_S, math.inf
         while True:
             self.clock.sleep(0.1)
             grip = self.look()
-            still = abs(grip.angle - before) < RESTING * 0.1
+            still = abs(grip.angle - before) < STILL
             if (still and self.clock.now() >= self._standing) or self.clock.now() > until:
                 return grip
             before = grip.angle
@@ -106,13 +114,22 @@ class Gripper:
         return ObjectLost(OPENING_AT_ZERO + 2 * FINGER_PER_RAD * before, grip.opening, limp)
 
     def stand(self) -> None:
-        """Stop the fingers where they are, if they move; what they hold they go on holding."""
+        """Stop the fingers where they are, if they move, or are about to; what they press on they go on pressing.
+
+        Fingers that were just told to go do not move yet; their own set-point may run ahead of what they press on.
+        """
         if self.goal is None:
             return
-        _, speed, position = again(self.servos.bus.read_block, [GRIPPER_ID], reg.PRESENT)[GRIPPER_ID]
-        if abs(units.VELOCITY.value(speed)) >= RESTING:
-            self.goal = self._sense() * units.POSITION.value(position)
-            self.servos.send({GRIPPER_ID: position}, HOLD_S, ramp=0.0)
+        sense = self._sense()
+        speed, position, _, aim = again(self.servos.bus.read_block, [GRIPPER_ID], STATE)[GRIPPER_ID]
+        if self._held is not None and not self._slipped(sense * units.POSITION.value(position)):
+            return
+        moves = abs(units.VELOCITY.value(speed)) >= RESTING
+        if moves or self.moving:
+            presses = not moves and abs(units.ANGLE.value(aim - position)) > SHORT
+            goal = aim if presses else position
+            self.goal = sense * units.POSITION.value(goal)
+            self.servos.send({GRIPPER_ID: goal}, HOLD_S, ramp=0.0)
 
     def _slipped(self, angle: float) -> bool:
         return self._held is not None and angle - self._held > SLIPPED

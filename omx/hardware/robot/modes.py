@@ -22,13 +22,14 @@ def choose(driver: Driver, mode: str) -> None:
     """
     if mode not in ("position", "velocity", "current"):
         raise BadInput(f"`mode` must be 'position', 'velocity' or 'current'; got {mode!r}.")
-    driver.brake.refuse_if_latched()
-    if driver.push:
-        driver.stand()
-    driver.come_to_rest()
-    if mode != "current":
-        driver.stiffen()
-    driver.mode, driver.streamed = mode, None
+    with driver.commanding:
+        driver.brake.refuse_if_latched()
+        if driver.push:
+            driver.stand()
+        driver.come_to_rest()
+        if mode != "current":
+            driver.stiffen()
+        driver.mode, driver.streamed = mode, None
 
 
 def velocities(driver: Driver, speeds) -> tuple[float, ...]:
@@ -60,8 +61,9 @@ def currents(driver: Driver, milliamps) -> tuple[float, ...]:
     milliamps = as_four(milliamps, "currents", "four numbers, one a joint")
     if max(map(abs, milliamps)) > STALL_MA:
         raise BadInput(f"`currents` may be at most {STALL_MA:.0f} mA; got {max(map(abs, milliamps)):.0f}.")
-    driver.ready("current")
-    return _push(driver, driver.watch(), dict(zip(JOINTS, milliamps, strict=True)))
+    with driver.commanding:
+        driver.ready("current")
+        return _push(driver, driver.watch(), dict(zip(JOINTS, milliamps, strict=True)))
 
 
 def balance(driver: Driver, joints=(1, 2, 3, 4)) -> Reading:
@@ -69,11 +71,12 @@ def balance(driver: Driver, joints=(1, 2, 3, 4)) -> Reading:
 
     Like `currents` in all else. Returns the reading that the currents are for.
     """
-    driver.ready("current")
-    reading = driver.watch()
-    weight = dict(zip(JOINTS, gravity.holding_currents(reading.q, driver.guard.payload_g), strict=True))
-    _push(driver, reading, {JOINTS[joint - 1]: weight[JOINTS[joint - 1]] for joint in joints})
-    return reading
+    with driver.commanding:
+        driver.ready("current")
+        reading = driver.watch()
+        weight = dict(zip(JOINTS, gravity.holding_currents(reading.q, driver.guard.payload_g), strict=True))
+        _push(driver, reading, {JOINTS[joint - 1]: weight[JOINTS[joint - 1]] for joint in joints})
+        return reading
 
 
 def _push(driver: Driver, reading: Reading, milliamps: dict[int, float]) -> tuple[float, ...]:
@@ -85,13 +88,7 @@ def _push(driver: Driver, reading: Reading, milliamps: dict[int, float]) -> tupl
         driver.stand()
     with driver.unbroken():
         if not driver.servos.soft.issuperset(milliamps):
-            soften(driver, milliamps)
+            driver.soften(milliamps)
         pushed = driver.push.push(milliamps)
     driver.watcher.begin()
     return pushed
-
-
-def soften(driver: Driver, servos) -> None:
-    """One of the `servos` after the other into the mode with limited current, each holding as it did."""
-    driver.come_to_rest()
-    driver.watcher.alone(driver.servos.soften, servos)

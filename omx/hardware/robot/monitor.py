@@ -3,6 +3,7 @@
 It only reads: what to do about it is the driver's business.
 """
 
+import contextlib
 import logging
 import math
 import threading
@@ -49,6 +50,11 @@ class Reading(NamedTuple):
     aim_speed: tuple[float, ...]
 
 
+def _whose(one: Found) -> tuple[str, int | None]:
+    """The condition and its servo: each has a temperature of its own, but all have one supply."""
+    return one.condition.key, None if one.condition.key == "weak_voltage" else one.servo
+
+
 class Monitor:
     """The joints on `bus`, looked at and judged. `seen`: when they were read last, and where each was (ticks).
 
@@ -60,7 +66,7 @@ class Monitor:
         self.bus, self.offsets = bus, offsets
         self.seen: tuple[float, dict[int, int]] = (-math.inf, {})
         self.new_warnings: list[str] = []
-        self._warned = {one.condition.key: bus.clock.now() for one in known}  # the condition: when it was last so
+        self._warned = {_whose(one): bus.clock.now() for one in known}  # when it was last so
         self._stall_since: dict[int, float] = {}
         self._health_at = bus.clock.now() + HEALTH_S  # opening has just looked
 
@@ -118,9 +124,9 @@ class Monitor:
             found += judge(servo, dict(zip((row.name for row in HEALTH.registers), values, strict=True)))
         now, warnings = self.bus.clock.now(), [one for one in found if one.warns]
         self.new_warnings += sentences(
-            one for one in warnings if now - self._warned.get(one.condition.key, -math.inf) > AWAY_S
+            one for one in warnings if now - self._warned.get(_whose(one), -math.inf) > AWAY_S
         )
-        self._warned |= {one.condition.key: now for one in warnings}
+        self._warned |= {_whose(one): now for one in warnings}
         problems = sentences(one for one in found if one.forbids)
         return NotReady(f"{self.bus.name} holds: the arm", problems) if problems else None
 
@@ -146,7 +152,7 @@ class Watch:
 
     def ask(self) -> None:
         """Raise what it met first, once."""
-        if self.troubles:
+        with contextlib.suppress(IndexError):  # nothing, or another thread asks at the same moment
             raise self.troubles.pop(0)
 
     def alone(self, change: Callable, *args):

@@ -108,7 +108,7 @@ class Robot:
 
     def write_time(self, seconds: float) -> None:
         """How long each following `write_joints` takes, in s."""
-        self._seconds = as_number(seconds, "seconds", "a number above 0 and at most 32", 1e-3, 32)
+        self._seconds = as_number(seconds, "seconds", "0.001 .. 32 s", 1e-3, 32)
 
     def write_joints(self, q_deg) -> np.ndarray:
         """Send the joints on their way to four angles (deg), and return at once with those really sent (ticks).

@@ -35,10 +35,10 @@ def say_motors_on(driver, why: str) -> None:
 
 
 def _after_cell(result) -> None:
-    """A cell that ends in an error, or is interrupted, while an arm moves makes that arm hold."""
+    """A cell that ends in an error while an arm moves makes it hold; one that is interrupted its fingers, too."""
     error = result.error_in_exec
     for robot in list(_open) if error else ():
-        if robot.bus.is_open and robot.driver.moving:
+        if robot.bus.is_open and (robot.driver.moving or robot.driver.gripper.moving):
             robot.driver.broken_off(error)
 
 

@@ -34,7 +34,7 @@ def trajectory(log: Log, speed: float = 1.0) -> Trajectory:
 
     Smoothed over `SMOOTH_S` of the recording: at either end the arm takes half of that to speed up, and to slow down.
     """
-    speed = as_number(speed, "speed", "a positive number, 1 for as fast as it was taught", 1e-3)
+    speed = as_number(speed, "speed", "at least 0.001, 1 for as fast as it was taught", 1e-3)
     t, q = log["t"], np.radians(log.array(*JOINTS))
     if {log.units[joint] for joint in JOINTS} != {"deg"}:
         raise BadInput("the log's angles must be in deg: a heading is `q1 (deg)`.")

@@ -15,14 +15,16 @@ from omx.errors import (
     ObjectLost,
     OmxError,
     PortBusy,
+    PortLost,
     ServoFault,
+    ServoLost,
     ServoRestarted,
     Stopped,
     TorqueOff,
 )
 from omx.geometry import COURSE
-from omx.hardware.dynamixel.registers import MODES
-from omx.hardware.robot import Robot
+from omx.hardware.dynamixel.registers import MODES, PRESENT
+from omx.hardware.robot import Robot, modes
 from omx.hardware.robot.calibration import Calibration
 from omx.hardware.simulator import SteppedClock, VirtualArm, VirtualPort
 from omx.hardware.simulator.virtual_port import VirtualSerial
@@ -170,6 +172,91 @@ def test_nothing_sets_off_between_the_rest_pose_and_the_torque(robot, monkeypatc
     assert robot.arm.q[1] < math.radians(-80)
 
 
+def test_fingers_are_not_switched_on_again_while_another_thread_switches_off(robot, monkeypatch):
+    robot.bus.write(15, "torque_enable", 0)
+    (other, _), catch = meanwhile(robot.relax), robot.driver.rescue.catch
+
+    def slow(servos):
+        other.start()
+        other.join(0.3)
+        catch(servos)
+
+    monkeypatch.setattr(robot.driver.rescue, "catch", slow)
+    with pytest.raises(ServoRestarted):
+        robot.write_gripper(True)
+    other.join()
+    assert not on(robot)
+    assert not robot.arm.servo(15).torque_on
+    assert not robot.driver.torque
+
+
+@pytest.mark.parametrize("act", ["recover", "grip", "push", "hold"])
+def test_motors_that_another_thread_let_go_just_before_stay_off(robot, monkeypatch, act):
+    alone = robot.driver.watcher.alone
+    if act in ("push", "hold"):
+        robot.write_mode("current")
+    if act == "hold":
+        robot.write_currents([0, 0, 0, 0])
+
+    def late(change, *args):
+        monkeypatch.undo()
+        robot.relax()
+        return alone(change, *args)
+
+    monkeypatch.setattr(robot.driver.watcher, "alone", late)
+    acts = {"recover": robot.recover, "grip": robot.grip, "push": lambda: robot.write_currents([0] * 4)}
+    with contextlib.suppress(TorqueOff) if act in ("recover", "hold") else pytest.raises(TorqueOff):
+        acts.get(act, robot.hold)()
+    robot.clock.sleep(3.0)
+    assert not on(robot)
+    assert not robot.arm.servo(15).torque_on
+    assert not robot.driver.torque
+
+
+def test_a_change_of_mode_and_a_push_do_not_mix_with_what_another_thread_commands(robot, monkeypatch):
+    (other, met), stiffen = meanwhile(lambda: robot.write_joints(TARGET)), robot.driver.stiffen
+
+    def slow():
+        other.start()
+        other.join(0.3)
+        stiffen()
+
+    with monkeypatch.context() as patch:
+        patch.setattr(robot.driver, "stiffen", slow)
+        robot.write_mode("velocity")
+    other.join()
+    assert [type(error) for error in met] == [BadInput]  # joints in velocity mode
+    for push in (lambda: robot.write_currents([0, 0, 0, 0]), lambda: modes.balance(robot.driver)):
+        robot.write_mode("current")
+        (other, met), forecast = meanwhile(lambda: robot.write_mode("position")), robot.driver.push.forecast
+
+        def held_up(*args, other=other, forecast=forecast):
+            if not other.ident:
+                other.start()
+                other.join(0.3)
+            return forecast(*args)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(robot.driver.push, "forecast", held_up)
+            push()
+        other.join()
+        assert met == []
+        assert robot.driver.mode == "position"
+        assert not robot.driver.push
+        assert set(robot.bus.read_all(JOINT_IDS, "operating_mode").values()) == {MODES["position"]}
+
+
+def test_two_that_ask_at_once_are_told_once(robot):
+    class Emptied(list):
+        def __bool__(self):
+            self.clear()  # the other was first
+            return True
+
+    robot.driver.watcher.troubles = Emptied([TorqueOff()])
+    with contextlib.suppress(TorqueOff):
+        robot.get_joints_readings()
+
+
 def test_a_bus_that_another_thread_asks_is_waited_for(robot, monkeypatch):
     """The watch lets its own thread end a transaction first; a thread that reads without a pause does not blind it."""
     asking = []
@@ -261,6 +348,29 @@ def test_one_port_has_one_bus(robot):
     robot.move_to(TARGET)
 
 
+def test_a_robot_that_was_closed_leaves_the_port_to_the_one_in_use():
+    port = VirtualPort(clock=SteppedClock())
+    with Robot(port) as robot:
+        pass
+    first = robot.bus
+    with Robot(port) as robot:  # the name is bound anew: nobody has the first any more
+        gc.collect()
+        robot.write_motor_state(True)
+        first.close()
+        assert not first.is_open
+        with pytest.raises(PortLost, match="closed"):
+            first.ping(11)
+        for steal in (first.reopen, lambda: first.tune(57_600)):
+            with pytest.raises(PortBusy, match="another bus"):
+                steal()
+        robot.move_to(TARGET)
+        robot.stop()
+    robot = Robot(port)  # motors on
+    gc.collect()
+    assert robot.bus.is_open
+    robot.park()
+
+
 @pytest.mark.parametrize("options", [
     {"port": 5}, {"port": ["/dev/ttyUSB0"]}, {"idle_s": -1}, {"idle_s": float("nan")}, {"idle_s": "60"},
     {"calibration": 5}, {"calibration": {"offsets": [0, 0, 0, 0]}},
@@ -272,32 +382,100 @@ def test_what_an_arm_cannot_be_opened_with_is_bad_input(options):
         Robot(**options)
 
 
+def test_a_number_that_is_too_small_is_told_how_small_it_may_be(robot, tmp_path):
+    robot.log(0.1, tmp_path / "log.csv")
+    for least, ask in {
+        "0.001 s": lambda: Robot(idle_s=1e-4),
+        "0.001 ..": lambda: robot.write_time(1e-4),
+        "0.001,": lambda: robot.replay(tmp_path / "log.csv", speed=1e-4),
+        "1e-9 s": lambda: robot.driver.guard.seconds(robot.q, robot.q, 1e-10),
+    }.items():
+        with pytest.raises(BadInput, match=least):
+            ask()
+
+
 # ---- the gripper ----
 
 
-def closing(robot):
-    """The fingers, a moment after they were told to close, with nothing between them."""
+@pytest.mark.parametrize("after", [0.0, 0.002, 0.01, 0.05, 0.25, 0.5])
+def test_a_stop_stops_the_fingers_too(robot, after):
     robot.write_gripper(True)
     robot.clock.sleep(2.0)
     robot.write_gripper(False)
-    robot.clock.sleep(0.25)
-    return robot.arm.opening
-
-
-def test_a_stop_stops_the_fingers_too(robot):
-    opening = closing(robot)
+    robot.clock.sleep(after)
+    opening = robot.arm.opening
     robot.stop()
     robot.clock.sleep(2.0)
     assert robot.arm.opening == pytest.approx(opening, abs=8)
-    assert robot.arm.opening > 15
+    assert robot.arm.opening > 10
     with pytest.raises(Stopped):
         robot.write_gripper(False)
+
+
+def test_a_stop_with_a_dead_joint_stops_the_fingers_first(robot):
+    robot.write_gripper(True)
+    robot.clock.sleep(2.0)
+    robot.write_gripper(False)
+    robot.clock.sleep(0.1)
+    opening = robot.arm.opening
+    robot.arm.faults.inject("dead", servo=12)
+    with pytest.raises(ServoLost):
+        robot.stop()
+    robot.clock.sleep(2.0)
+    assert robot.arm.opening == pytest.approx(opening, abs=12)
+    assert robot.arm.opening > 20
+
+
+def test_a_stop_ends_the_wait_for_the_fingers_though_somebody_resumed(robot):
+    robot.driver.carry(100)
+
+    def stopped_and_resumed():
+        robot.stop()
+        robot.resume()
+
+    for act in (robot.grip, robot.release):
+        robot.clock.later(0.2, stopped_and_resumed)
+        with pytest.raises(Stopped):
+            act()
+    assert robot.driver.guard.payload_g == 100
 
 
 def test_a_stop_does_not_let_go_of_what_is_held(robot):
     robot.arm.grip(30.0, 100.0)
     assert robot.grip().holding
     robot.stop()
+    robot.clock.sleep(5.0)
+    assert robot.arm.grasped.carried
+    assert robot.holding
+
+
+def test_a_stop_just_after_the_fingers_were_told_to_open_keeps_what_they_press_on(robot):
+    robot.arm.grip(30.0, 100.0)
+    assert robot.grip().holding
+    robot.write_gripper(True)
+    robot.stop()
+    robot.clock.sleep(5.0)
+    assert robot.arm.grasped.carried
+    assert robot.holding
+
+
+def test_a_speed_of_one_step_is_noise_to_fingers_that_hold_something(robot, monkeypatch):
+    robot.arm.grip(30.0, 100.0)
+    assert robot.grip().holding
+    read_block = robot.bus.read_block
+
+    def noisy(servos, *what):
+        found = read_block(servos, *what)
+        if list(servos) != [15]:
+            return found
+        names = [row.name for row in (what[0] if what else PRESENT).registers]
+        speed = names.index("present_velocity") if "present_velocity" in names else None
+        return {15: tuple(1 if i == speed else value for i, value in enumerate(found[15]))}
+
+    with monkeypatch.context() as patch:
+        patch.setattr(robot.bus, "read_block", noisy)
+        robot.stop()
+        assert robot.holding
     robot.clock.sleep(5.0)
     assert robot.arm.grasped.carried
     assert robot.holding
@@ -378,6 +556,16 @@ def test_a_weak_supply_is_told_once_until_it_has_been_away(caplog):
     arm.faults.inject("low_voltage", value=10.7)
     robot.clock.sleep(60.0)
     assert told() == 2
+
+
+def test_each_servo_that_gets_warm_is_told(robot, caplog):
+    for servo, degrees in ((11, 61), (13, 65)):
+        robot.arm.faults.inject("hot", servo=servo, value=degrees)
+        robot.clock.sleep(70.0)
+    told = [record.getMessage() for record in caplog.records if "servo 1" in record.getMessage()]
+    assert len(told) == 2
+    assert "servo 11" in told[0]
+    assert "servo 13" in told[1]
 
 
 # ---- paths and files that are not what they seem ----

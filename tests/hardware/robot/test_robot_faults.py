@@ -23,7 +23,7 @@ from omx.arm import ARM_IDS, JOINT_IDS
 from omx.errors import LogError, NotReady, ServoLost, ServoRestarted, Stalled, Stopped, TorqueOff
 from omx.hardware.dynamixel.bus import Bus
 from omx.hardware.log import read_log
-from omx.hardware.robot import Robot, modes
+from omx.hardware.robot import Robot
 from omx.hardware.simulator import SteppedClock, VirtualPort
 from omx.hardware.simulator.virtual_port import VirtualSerial
 from omx.motion.trajectory import joint_move
@@ -311,7 +311,7 @@ def test_entering_current_mode_does_not_fling_the_arm(robot):
     robot.move_to([0, -20, 0, 20], 3)
     before = np.array(robot.arm.q)
     robot.write_mode("current")
-    modes.soften(robot.driver, JOINTS)
+    robot.driver.soften(JOINTS)
     robot.clock.sleep(0.1)
     np.testing.assert_allclose(robot.arm.q, before, atol=math.radians(1))
     robot.hold()
@@ -712,16 +712,20 @@ NOTEBOOK = """
     def cell(text):
         return shell.run_cell(text)
     cell("from omx.hardware.robot import Robot\\nrobot = Robot()\\nrobot.write_motor_state(True)\\nrobot.write_time(3)")
-    cell("import time; robot.write_joints([60, -25, 5, 25]); time.sleep(0.5); raise KeyboardInterrupt")
-    cell("time.sleep(3.5); q = robot.get_joints_readings()[0]; on = robot.driver.torque; robot.bus.close()")
-    print("joint 1 at", round(shell.user_ns["q"][0]), shell.user_ns["on"])
+    cell("robot.write_joints([60, -25, 5, 25]); robot.clock.sleep(0.5); raise KeyboardInterrupt")
+    cell("robot.clock.sleep(3.5); q = robot.get_joints_readings()[0]; robot.resume()")
+    cell("robot.write_gripper(True); robot.clock.sleep(2)")
+    cell("robot.write_gripper(False); robot.clock.sleep(0.2); raise KeyboardInterrupt")
+    cell("robot.clock.sleep(2); opening = robot.arm.opening; on = robot.driver.torque; robot.bus.close()")
+    print("stood at", round(shell.user_ns["q"][0]), round(shell.user_ns["opening"]), shell.user_ns["on"])
 """
 
 
-def test_an_interrupted_cell_makes_a_moving_arm_hold(tmp_path):
+def test_an_interrupted_cell_makes_a_moving_arm_hold_and_its_fingers(tmp_path):
     command = [sys.executable, "-c", textwrap.dedent(NOTEBOOK)]
     env = {**os.environ, "IPYTHONDIR": str(tmp_path)}
     done = subprocess.run(command, capture_output=True, text=True, timeout=90, check=False, env=env)
-    where, on = done.stdout.splitlines()[-1].removeprefix("joint 1 at ").split()
+    where, opening, on = done.stdout.splitlines()[-1].removeprefix("stood at ").split()
     assert on == "True"
-    assert 0 <= int(where) < 45
+    assert 0 < int(where) < 45
+    assert 45 < int(opening) < 60
