@@ -27,8 +27,8 @@ def page(notebook, name, slides=True):
     notebook = copy.deepcopy(notebook)
     cells = [prepared(cell) for cell in notebook["cells"] if not is_note(cell)]
     if yours := next((i for i, cell in enumerate(cells) if "your-arm" in tags(cell)), None):
-        cells.insert(yours + 1, markdown(editor(name)))
-    notebook["cells"] = [cells[0], markdown(links(name, slides)), *cells[1:]]
+        cells.insert(yours + 1, markdown("edit", editor(name)))
+    notebook["cells"] = [cells[0], markdown("links", links(name, slides)), *cells[1:]]
     return notebook
 
 
@@ -88,5 +88,5 @@ def links(name, slides):
     return f'<p class="omx-links">{source} {deck} {HANDOUTS}<!--/--></p>'
 
 
-def markdown(text):
-    return {"cell_type": "markdown", "id": "links", "metadata": {}, "source": text}
+def markdown(name, text):
+    return {"cell_type": "markdown", "id": name, "metadata": {}, "source": text}

@@ -299,7 +299,7 @@
   function inPixels(formulas) {
     const sizes = [...formulas].map((svg) => [svg, parseFloat(getComputedStyle(svg).width), parseFloat(svg.getAttribute("width"))]);
     for (const [svg, width, ex] of sizes) {
-      if (!(width > 0)) continue; // what is only said
+      if (!(width > 0)) continue;
       const scaled = (length) => `${parseFloat(length) * width / ex}px`;
       svg.style.verticalAlign = scaled(svg.style.verticalAlign || 0);
       for (const side of ["width", "height"]) svg.setAttribute(side, scaled(svg.getAttribute(side)));
@@ -379,7 +379,7 @@
     inSteps(section);
     if (!fits(section)) fits(section, true);
   }
-  inPixels(document.querySelectorAll(".slides mjx-container svg"));
+  inPixels([...document.querySelectorAll(".slides mjx-container svg")].filter((svg) => !svg.closest(".note")));
   tellNotes(leaves());
   document.body.classList.remove("measuring");
   if (printing) await onPaper(leaves());

@@ -183,6 +183,9 @@ def test_handouts_have_the_slides_numbers_tags_and_pictures_of_the_scenes(built_
     assert pages(one) == count
     assert pages(four) == -(-count // 4)
     assert count / 4 < pages(notes) < count / 2
+    said = "[...document.querySelectorAll('aside.notes mjx-container svg')].map((svg) => svg.getAttribute('width'))"
+    assert (widths := look.page.evaluate(said))
+    assert all(width.endswith("ex") for width in widths), "a formula in the notes is as large as on the slide"
     for data in (one, four, notes):
         assert data.startswith(b"%PDF")
         assert b"/MarkInfo" in data
