@@ -18,7 +18,7 @@ from types import FunctionType, ModuleType, SimpleNamespace
 import numpy as np
 
 from .. import kinematics
-from ..arm import HOME, LIMITS
+from ..arm import LIMITS
 from ..arrays import as_rows
 from ..dh import as_limits
 from ..errors import BadInput
@@ -89,7 +89,7 @@ def ik_batch(poses, geometry: Geometry = COURSE, limits=LIMITS, *, threads: int 
     if poses.ndim != 2:
         raise BadInput(f"`poses` must have shape (N, 4); got {poses.shape}. For one pose use `omx.ik`.")
     limits = as_limits(limits, 4)
-    kinematics.ik(HOME, geometry, limits)  # says so if these lengths have no inverse
+    kinematics.ik((0.0, 0.0, 0.0, 0.0), geometry)  # of any pose it says if these lengths have no inverse
     ends = tuple(end for low, high in limits for end in (low - kinematics.LIMIT_SLACK, high + kinematics.LIMIT_SLACK))
     done = _run(_judged, poses, (*ends, *geometry.values), threads, dtype)
     if done:

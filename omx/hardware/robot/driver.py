@@ -47,9 +47,7 @@ from .gripper import Grip, Gripper
 from .monitor import Monitor, Reading, Watch
 from .push_by_current import Pushing
 from .rescue import LOOK_S, Rescue, port_lost
-from .servo_group import HOLD_SLACK, JOINTS, Servos
-
-RESTING = math.radians(2.0)  # rad/s
+from .servo_group import HOLD_SLACK, JOINTS, RESTING, Servos
 
 _log = logging.getLogger("omx.robot")
 

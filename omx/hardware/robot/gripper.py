@@ -21,7 +21,7 @@ from ..dynamixel import registers as reg
 from ..dynamixel import units
 from ..dynamixel.bus import again
 from ..safety import FRICTION
-from .servo_group import HOLD_S, STATE, Servos
+from .servo_group import HOLD_S, RESTING, STATE, Servos
 
 #: Fingers that stand this far (rad) short of where they were sent have something between them: pads 1 mm apart.
 SHORT = 0.045
@@ -31,8 +31,6 @@ SLIPPED = 0.09
 PATIENCE_S = 8.0
 #: Fingers that turned less (rad) than this in 0.1 s stand.
 STILL = math.radians(0.1)
-#: Slower (rad/s) is at rest: a servo counts in steps of 1.4 deg/s, and one of them is noise.
-RESTING = math.radians(2.0)
 
 
 class Grip(NamedTuple):

@@ -21,8 +21,10 @@ HOLD_S = 0.2
 STALE_S, STALE_TRIES = 0.1, 5
 #: A joint that is farther (ticks) from its own set-point than this is being held up by something.
 HOLD_SLACK = units.ANGLE.raw(math.radians(3.0))
-#: One that does not turn (raw speed), and is farther (ticks) from it than by its weight, is held up, too.
-STILL, UNEXPLAINED = units.VELOCITY.raw(math.radians(2.0)), units.ANGLE.raw(math.radians(1.0))
+#: Slower (rad/s) is at rest: a servo counts in steps of 1.4 deg/s, and one of them is noise.
+RESTING = math.radians(2.0)
+#: One that rests (raw speed), and is farther (ticks) from it than by its weight, is held up, too.
+STILL, UNEXPLAINED = units.VELOCITY.raw(RESTING), units.ANGLE.raw(math.radians(1.0))
 PROFILE = reg.block("profile_acceleration", "profile_velocity")
 MODES = reg.block("drive_mode", "operating_mode")
 #: A whole motion in one packet: a servo takes all three, or none.

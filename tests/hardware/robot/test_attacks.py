@@ -33,15 +33,6 @@ from omx.motion.trajectory import Trajectory, joint_move
 TARGET = [60, -25, 5, 25]
 
 
-@pytest.fixture
-def robot():
-    """Motors on, in stepped time."""
-    robot = Robot(clock=SteppedClock())
-    robot.write_motor_state(True)
-    yield robot
-    robot.bus.close()
-
-
 def on(robot):
     """The joints whose motors are on, by the servos' own registers."""
     return [servo for servo in JOINT_IDS if robot.arm.servo(servo).torque_on]

@@ -62,14 +62,6 @@ def on(arm=None, **options):
     return robot
 
 
-@pytest.fixture
-def robot():
-    robot = Robot(clock=SteppedClock())
-    robot.write_motor_state(True)
-    yield robot
-    robot.bus.close()
-
-
 def torque(robot_or_arm):
     arm = getattr(robot_or_arm, "arm", robot_or_arm)
     return any(arm.servo(servo).torque_on for servo in JOINT_IDS)

@@ -34,15 +34,6 @@ SECONDS, FAULT_AT, LOGGED = 3.0, 1.0, 4.0
 JOINTS = JOINT_IDS
 
 
-@pytest.fixture
-def robot():
-    """Motors on, in stepped time."""
-    robot = Robot(clock=SteppedClock())
-    robot.write_motor_state(True)
-    yield robot
-    robot.bus.close()
-
-
 def run(robot, path, *faults, each=None):
     """Move and log, with `faults` a second after the start; the error that ended it, or None."""
     robot.write_time(SECONDS)
