@@ -49,6 +49,9 @@ PITCH = RUN + ROUND
 #: Results of more numbers than this are kept as columns: rows would be written in too many strides.
 WIDEST_ROW = 8
 
+#: Results of more bytes than this are written past the processor's caches, which do not hold them anyway.
+CACHED = 32 * 2**20
+
 
 def available() -> bool:
     """Is numba installed?"""
@@ -221,7 +224,7 @@ def _run(function: Callable, rows: np.ndarray, parameters: tuple, threads: int |
 def _compile(function: Callable, **options) -> Callable:
     import numba
 
-    return numba.njit(nogil=True, error_model="numpy", fastmath={"contract", "nsz"}, **options)(function)
+    return numba.njit(nogil=True, error_model="numpy", fastmath={"contract", "nsz", "arcp"}, **options)(function)
 
 
 def _inline(function: Callable) -> Callable:
@@ -279,13 +282,14 @@ def _loop(
     columns, worked on a round at a time, and copied to where they belong.
     """
     names = list(inspect.signature(function).parameters)[:inputs]
-    load = _load(np.array([RANGE[name[0] in LENGTHS] for name in names]))
-    columns, copy = _compile(_columns(function, inputs, numbers, truths)), _compile(_copy)
+    load, copy = _load(np.array([RANGE[name[0] in LENGTHS] for name in names])), _copy()
+    columns = _compile(_columns(function, inputs, numbers, truths))
     width, marked, step = len(numbers), len(truths), ROUND if in_rows else RUN
 
     @_compile
     def loop(start, stop, rows, out, marks, parameters):
         w, t, fine = np.zeros((inputs + width) * PITCH), np.zeros((marked + 1) * PITCH, dtype=np.bool_), True
+        past = out.nbytes > CACHED
         for first in range(start, stop, step):
             part = slice(first, min(first + step, stop))
             fine &= load(rows[part], w)
@@ -298,9 +302,9 @@ def _loop(
                         results[i, j] = w[(inputs + j) * PITCH + i]
             else:
                 for j in range(width):
-                    copy(w[(inputs + j) * PITCH :], out[j, part])
+                    copy(w[(inputs + j) * PITCH :], out[j, part], past)
             for j in range(marked):
-                copy(t[j * PITCH :], marks[j, part])
+                copy(t[j * PITCH :], marks[j, part], False)
         return fine
 
     return loop
@@ -335,7 +339,36 @@ def _columns(function: Callable, inputs: int, numbers: tuple[str, ...], truths: 
     return names["columns"]
 
 
-def _copy(column, target):
-    """Fill `target` from the beginning of `column`. A loop, since numba makes it four times as fast as a slice."""
-    for i in range(len(target)):
-        target[i] = column[i]
+@cache
+def _copy() -> Callable:
+    """Fill `target` from the beginning of `column`, by loops: numba makes them four times as fast as a slice.
+
+    `past` the caches, each line of memory is written without being read first.
+    """
+    from llvmlite import ir
+    from numba import types
+    from numba.extending import intrinsic
+
+    @intrinsic
+    def store(_, target, i, value):
+        def emit(context, builder, signature, given):
+            array = context.make_array(target)(context, builder, given[0])
+            number = context.cast(builder, given[2], value, target.dtype)
+            number = context.get_value_as_data(builder, target.dtype, number)
+            size = context.get_abi_sizeof(number.type)
+            written = builder.store(number, builder.gep(array.data, [given[1]]), align=size)
+            written.set_metadata("nontemporal", builder.module.add_metadata([ir.Constant(ir.IntType(32), 1)]))
+            return context.get_dummy_value()
+
+        return types.void(target, i, value), emit
+
+    @_compile
+    def copy(column, target, past):
+        if past:
+            for i in range(len(target)):
+                store(target, i, column[i])
+        else:
+            for i in range(len(target)):
+                target[i] = column[i]
+
+    return copy

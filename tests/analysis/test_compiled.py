@@ -128,6 +128,15 @@ def test_threads_change_nothing(way, threads):
     assert all(np.array_equal(a, b, equal_nan=a.dtype == np.float64) for a, b in zip(several, one, strict=True))
 
 
+def test_results_written_past_the_caches_are_those_that_stay_in_them():
+    pytest.importorskip("numba", reason="numba is not installed")
+    rows, piece = compiled.CACHED // (16 * 8) + 5, 50_000
+    targets = omx.pose(joints(rows))
+    whole = compiled.ik_batch(targets)
+    pieces = zip(*(compiled.ik_batch(targets[k : k + piece]) for k in range(0, rows, piece)), strict=True)
+    assert all(np.array_equal(a, np.concatenate(b), equal_nan=a.ndim == 3) for a, b in zip(whole, pieces, strict=True))
+
+
 def test_float32_errs_by_less_than_a_ten_thousandth_of_a_mm(way):
     q, targets = joints(5000), poses(5000)
     found = compiled.pose(q.astype(np.float32), dtype=np.float32)
