@@ -380,12 +380,12 @@ class Driver:
         readings = [angle - offset for angle, offset in zip(goal, offsets, strict=True)]
         ticks = {servo: units.POSITION.raw(angle) for servo, angle in zip(JOINTS, readings, strict=True)}
         with self.unbroken(), self.brake.lock:
-            self.brake.refuse_if_latched()
+            self.brake.refuse_if_stopped_since(self.brake.began)
             self.watcher.ask()
             self.brake.sets_off(seconds)
             self.servos.send(ticks, seconds, ramp, confirmed)
             self.brake.sets_off(seconds)  # the program may have been held up in between
-            self.brake.refuse_if_latched()  # a signal's handler comes in spite of the lock
+            self.brake.refuse_if_stopped_since(self.brake.began)  # a signal's handler comes in spite of the lock
         self.watcher.begin()
         return tuple(units.POSITION.value(ticks[servo]) + a for servo, a in zip(JOINTS, offsets, strict=True))
 
@@ -418,12 +418,12 @@ class Driver:
 
         An interrupt, or any error, makes the arm hold. Raises what `watch` raises.
         """
-        stops = self.brake.stops
+        began = self.brake.began
         with self.unbroken():
             while True:
                 late = self.clock.now() - self.brake.arrival  # before the look, which may be held up
                 reading = self.watch()
-                self.brake.refuse_if_stopped_since(stops)
+                self.brake.refuse_if_stopped_since(began)
                 if late >= 0 and (max(map(abs, reading.speed)) < RESTING or late > patience_s):
                     return reading
                 self.clock.sleep(LOOK_S)
@@ -451,7 +451,7 @@ class Driver:
                 self._park()
 
     def _park(self) -> None:
-        self.brake.refuse_if_latched()
+        self.brake.begin()
         if self.mode != "position":
             self.hold()
         known, self.watcher.troubles = self.watcher.troubles, []  # said already, and parking is what helps
@@ -475,6 +475,7 @@ class Driver:
         It goes on pressing. Does not wait. Raises `TorqueOff`, `Stopped`, `NotReady` without a gripper.
         """
         self.brake.refuse_if_latched()
+        self.gripper.began = stops = self.brake.stops
         self.watcher.asked()
         if not self.condition.has_gripper:
             raise NotReady(self.bus.name, ["no gripper: servo 15 does not answer"])
@@ -482,20 +483,20 @@ class Driver:
         try:
             self.gripper.prepare(force, seconds)
             with self.brake.lock:
-                self.brake.refuse_if_latched()
+                self.brake.refuse_if_stopped_since(stops)
                 self.gripper.close_to(servo_angle, seconds)
-                self.brake.refuse_if_latched()
+                self.brake.refuse_if_stopped_since(stops)
         except (KeyboardInterrupt, Stopped) as error:
             self.broken_off(error)
             raise
 
     def settle(self) -> Grip:
         """Wait until the fingers stand, and look; raises `Stopped` if somebody stopped them, resumed or not."""
-        stops = self.brake.stops
+        began = self.gripper.began
         try:
             found = self.gripper.settle()
             self.brake.refuse_if_latched()
-            self.brake.refuse_if_stopped_since(stops)
+            self.brake.refuse_if_stopped_since(began)
         except (KeyboardInterrupt, Stopped) as error:
             self.broken_off(error)
             raise
@@ -506,7 +507,7 @@ class Driver:
     def ready(self, mode: str) -> None:
         """Raise what forbids a command of this `mode`."""
         self.watcher.ask()
-        self.brake.refuse_if_latched()
+        self.brake.begin()
         self.watcher.asked()
         if not self.torque:
             raise TorqueOff

@@ -53,6 +53,7 @@ class Gripper:
         self.servos, self.clock = servos, servos.bus.clock
         self.goal: float | None = None
         self._held: float | None = None  # where the fingers stood when they held something
+        self.began = 0  # how often the arm had been stopped when they were last told to go
         self._standing = 0.0  # the time from which on they should stand
 
     def prepare(self, force: float, seconds: float) -> None:

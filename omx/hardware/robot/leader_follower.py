@@ -40,7 +40,7 @@ def lead(driver: Driver, where: Callable[[], tuple[float, ...]], seconds: float,
     led, step_s = Led(), period(rate)
     most = driver.guard.speed_cap * step_s * SHARE
     with driver.unbroken():
-        reading, stops = driver.watch(), driver.brake.stops
+        stops, reading = driver.brake.stops, driver.watch()
         sent = reading.aim
         for _ in ticks(seconds, rate, driver.clock):
             driver.brake.refuse_if_stopped_since(stops)

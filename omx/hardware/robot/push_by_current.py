@@ -58,10 +58,10 @@ class Pushing:
             for servo, push in raw.items()
         }
         with self.brake.lock:
-            self.brake.refuse_if_latched()
+            self.brake.refuse_if_stopped_since(self.brake.began)
             self.joints = set(raw)
             self.servos.bus.write_all("bus_watchdog", dict.fromkeys(raw, units.WATCHDOG.raw(UNREPEATED_S)))
             self.servos.bus.write_block(MOTION_PUSHED, motions)
             self.until = self.clock.now() + UNREPEATED_S
-            self.brake.refuse_if_latched()  # a signal's handler comes in spite of the lock
+            self.brake.refuse_if_stopped_since(self.brake.began)  # a signal's handler comes in spite of the lock
         return tuple(units.CURRENT.value(push) for push in raw.values())

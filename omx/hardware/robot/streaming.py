@@ -23,8 +23,8 @@ NEAR = math.radians(3.0)
 def follow(driver: Driver, trajectory, rate: float, each: Callable[[Reading, float], None] | None) -> None:
     """What `Robot.follow` does, in rad."""
     step_s = period(rate)
-    _look_through(driver, trajectory)
     last, stops = 0.0, driver.brake.stops
+    _look_through(driver, trajectory)
     with driver.unbroken():
         for t in _along(trajectory.seconds, rate, driver.clock):
             driver.brake.refuse_if_stopped_since(stops)

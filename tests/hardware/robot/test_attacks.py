@@ -77,17 +77,23 @@ def watches_still(robot, caplog):
 # ---- signals: in the same thread, inside a transaction ----
 
 
+def stopped_and_resumed(robot):
+    robot.stop()
+    robot.resume()
+
+
 @pytest.mark.parametrize("name", ["write", "read"])
-@pytest.mark.parametrize("n", range(1, 13))
-def test_a_stop_from_a_signals_handler_wins_wherever_it_comes(robot, monkeypatch, name, n):
+@pytest.mark.parametrize(("n", "resumed"), [*((n, False) for n in range(1, 13)), (1, True), (4, True), (8, True)])
+def test_a_stop_from_a_signals_handler_wins_wherever_it_comes(robot, monkeypatch, name, n, resumed):
     robot.clock.sleep(0.5)
     before = robot.arm.q
     with monkeypatch.context() as patch:
-        left = at_the(n, name, robot.stop, patch)
+        left = at_the(n, name, lambda: stopped_and_resumed(robot) if resumed else robot.stop(), patch)
         with contextlib.suppress(Stopped):
             robot.write_joints(TARGET)
-        if left[0] > 0:
-            robot.stop()
+            assert left[0] > 0
+    if left[0] > 0 or resumed:
+        robot.stop()
     robot.clock.sleep(0.3)
     there = robot.arm.q
     robot.clock.sleep(2.0)
@@ -272,11 +278,7 @@ def test_an_error_of_a_kind_that_nobody_expects_does_not_end_the_watch(robot, mo
 
 
 def test_a_motion_that_was_stopped_does_not_go_on_because_somebody_resumed(robot):
-    def stopped_and_resumed():
-        robot.stop()
-        robot.resume()
-
-    robot.clock.later(1.0, stopped_and_resumed)
+    robot.clock.later(1.0, lambda: stopped_and_resumed(robot))
     with pytest.raises(Stopped):
         robot.move_to(TARGET, 3)
     there = robot.arm.q
@@ -286,7 +288,7 @@ def test_a_motion_that_was_stopped_does_not_go_on_because_somebody_resumed(robot
     def pressed(reading, t):
         steps.append(t)
         if len(steps) == 20:
-            stopped_and_resumed()
+            stopped_and_resumed(robot)
 
     with pytest.raises(Stopped):
         robot.follow(path, each=pressed)
@@ -296,7 +298,7 @@ def test_a_motion_that_was_stopped_does_not_go_on_because_somebody_resumed(robot
     def led():
         steps.append(0.0)
         if len(steps) == 40:
-            stopped_and_resumed()
+            stopped_and_resumed(robot)
         return leader
 
     with pytest.raises(Stopped):
@@ -304,6 +306,26 @@ def test_a_motion_that_was_stopped_does_not_go_on_because_somebody_resumed(robot
     assert len(steps) == 40
     robot.clock.sleep(1.0)
     np.testing.assert_allclose(robot.arm.q[1:], there[1:], atol=math.radians(6))
+
+
+def test_a_stop_between_two_calls_ends_what_the_first_began_though_somebody_resumed(robot):
+    sent, _ = robot.driver.command(np.radians(TARGET), 3)
+    stopped_and_resumed(robot)
+    with pytest.raises(Stopped):
+        robot.driver.arrive(sent)
+    for opened in (True, False):
+        robot.write_gripper(opened)
+        stopped_and_resumed(robot)
+        with pytest.raises(Stopped):
+            robot.driver.settle()
+    robot.write_joints(TARGET)
+    robot.clock.sleep(0.5)
+    robot.clock.later(0.02, lambda: stopped_and_resumed(robot))
+    with pytest.raises(Stopped):  # it was only coming to rest for this one
+        robot.write_joints([0, -60, 20, 40])
+    there = robot.arm.q
+    robot.clock.sleep(2.0)
+    np.testing.assert_allclose(robot.arm.q, there, atol=math.radians(2))
 
 
 # ---- a robot that nobody has any more, and a port that two have ----
@@ -419,13 +441,8 @@ def test_a_stop_with_a_dead_joint_stops_the_fingers_first(robot):
 
 def test_a_stop_ends_the_wait_for_the_fingers_though_somebody_resumed(robot):
     robot.driver.carry(100)
-
-    def stopped_and_resumed():
-        robot.stop()
-        robot.resume()
-
     for act in (robot.grip, robot.release):
-        robot.clock.later(0.2, stopped_and_resumed)
+        robot.clock.later(0.2, lambda: stopped_and_resumed(robot))
         with pytest.raises(Stopped):
             act()
     assert robot.driver.guard.payload_g == 100
