@@ -52,7 +52,7 @@ def rounded(corners, error: float, samples: int = 500) -> Path:
     """
     corners = as_rows(corners, "corners", 4, TASK_POSE)
     ways = _legs(corners, "corners")
-    error = as_number(error, "error", "a distance above 0 mm", TINY)
+    error = as_number(error, "error", f"a distance of {TINY:g} mm or more", TINY)
     lengths = np.linalg.norm(ways[:, :3], axis=1)
     if not lengths.min() > TINY:
         raise BadInput("`corners`: two that follow each other are one place; the tool must move from each to the next.")

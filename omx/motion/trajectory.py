@@ -88,7 +88,7 @@ def trapezoid(ramp: float = 0.25) -> Scaling:
 
     Unlike `cubic` and `quintic` it is called to be passed on: `scaling=trapezoid(0.3)`.
     """
-    ramp = as_number(ramp, "ramp", "a share of the time in (0, 0.5]", TINY, 0.5)
+    ramp = as_number(ramp, "ramp", f"a share of the time, {TINY:g} to 0.5", TINY, 0.5)
     speed = 1 / (1 - ramp)
 
     def scaling(u):
@@ -146,7 +146,7 @@ def _legs(waypoints, seconds) -> tuple[np.ndarray, list[float]]:
     legs: list[Any] = [seconds] * (len(q) - 1) if np.ndim(seconds) == 0 else list(cast(Any, seconds))
     if len(legs) != len(q) - 1:
         raise BadInput(f"`seconds` must be one number, or one for each of the {len(q) - 1} legs; got {len(legs)}.")
-    return q, [as_number(leg, "seconds", "a positive number of seconds", TINY) for leg in legs]
+    return q, [as_number(leg, "seconds", f"a number of seconds, {TINY:g} or more", TINY) for leg in legs]
 
 
 def spline(knots, points, at, free: bool = False) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -199,7 +199,7 @@ def line(
         max_speed: the fastest that a joint may turn (rad/s).
     """
     limits = limits if limits is LIMITS else as_limits(limits, 4)
-    max_speed = as_number(max_speed, "max_speed", "a speed in rad/s", TINY, inf)
+    max_speed = as_number(max_speed, "max_speed", f"a speed in rad/s, {TINY:g} or more", TINY, inf)
     q0, first, way = _straight_way(start, pose, geometry, limits)
     seconds, t, (s, ds, _) = _timeline(seconds, scaling, rate)
     poses = first + np.outer(s, way)
@@ -275,7 +275,7 @@ def _joint_velocity(q, task_velocity, geometry, max_speed):
 
 def _times(seconds: float, rate: float) -> np.ndarray:
     """The times of the samples, `rate` of them a second, both ends among them."""
-    rate = as_number(rate, "rate", "a positive number of samples a second", TINY)
+    rate = as_number(rate, "rate", f"a number of samples a second, {TINY:g} or more", TINY)
     if seconds * rate > MOST_SAMPLES:
         raise BadInput(f"`seconds` times `rate` must be at most {MOST_SAMPLES:.0e} samples; got {seconds * rate:.1e}.")
     return np.linspace(0.0, seconds, max(2, ceil(seconds * rate) + 1))
@@ -283,7 +283,7 @@ def _times(seconds: float, rate: float) -> np.ndarray:
 
 def _timeline(seconds: float, scaling: Scaling, rate: float):
     """`seconds` as a float, the times of the samples, and what the scaling makes of them."""
-    seconds = as_number(seconds, "seconds", "a positive number of seconds", TINY)
+    seconds = as_number(seconds, "seconds", f"a number of seconds, {TINY:g} or more", TINY)
     t = _times(seconds, rate)
     wanted = "`scaling` must turn times u in [0, 1] into (s, ds/du, d2s/du2), as `quintic` and `trapezoid(0.25)` do"
     if scaling is trapezoid:

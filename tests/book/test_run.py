@@ -193,7 +193,7 @@ def test_a_package_that_lost_files_is_noticed_and_all_is_built_anew(clone):
     assert not (clone.root / ".venv" / "mine").exists()
 
 
-@pytest.mark.parametrize("debris", ["file", "broken link", "empty folder", "no interpreter"])
+@pytest.mark.parametrize("debris", ["file", "broken link", "empty folder", "no interpreter", "stamp"])
 def test_debris_is_replaced(clone, debris):
     venv = clone.root / ".venv"
     if debris == "file":
@@ -205,6 +205,9 @@ def test_debris_is_replaced(clone, debris):
     if debris == "no interpreter":
         (venv / "bin" / "python").symlink_to("gone")
         (venv / "pyvenv.cfg").write_text("home = nowhere\n")
+    if debris == "stamp":
+        (clone.stamp / "a folder").mkdir(parents=True)
+        clone.stamp.with_suffix(".part").mkdir()
     assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest -n 2"
 
 
@@ -762,6 +765,18 @@ def test_lock_leaves_the_file_when_nothing_fits(clone):
 def test_package_names_are_compared_normalised():
     assert lock.package_of("Jupyter_Client==1") == lock.package_of("jupyter.client") == "jupyter-client"
     assert lock.package_of("# numpy==1") == lock.package_of("") == ""
+
+
+@pytest.mark.parametrize(
+    "said",
+    ["  cause: error sending request for url\n  cause: invalid peer certificate: UnknownIssuer",
+     "SSLCertVerificationError(1, '[SSL: CERTIFICATE_VERIFY_FAILED] certificate verify failed: self-signed"],
+    ids=["uv", "pip"],
+)  # fmt: skip
+def test_a_certificate_that_is_not_trusted_is_no_matter_of_the_cable(said):
+    failed = installers.Failed(said.splitlines())
+    assert "let SSL_CERT_FILE and PIP_CERT name the file" in str(failed)
+    assert failed.unreachable, "nothing is built anew for it"
 
 
 def test_sentences_for_the_disk_name_what_is_free():
