@@ -177,10 +177,17 @@ def as_number(value, name: str, wanted: str = "a number", low: float = -HUGE, hi
 
 
 def as_count(value, name: str, least: int = 1, most: int = 1 << 40) -> int:
-    """A whole number, `least` or more; `BadInput` otherwise."""
+    """A whole number, `least` to `most`; `BadInput` otherwise."""
     if isinstance(value, (int, np.integer)) and not isinstance(value, bool) and least <= value <= most:
         return int(value)
-    raise BadInput(f"`{name}` must be a whole number, at least {least}; got {shown(value)}.")
+    raise BadInput(f"`{name}` must be a whole number, at least {least} and at most {most:,}; got {shown(value)}.")
+
+
+def as_word(value, name: str = "name") -> str:
+    """A name that can stand in a path; `BadInput` otherwise."""
+    if isinstance(value, str) and value and "/" not in value:
+        return value
+    raise BadInput(f"`{name}` must be a word without '/'; got {shown(value)}.")
 
 
 def as_floats(value, name: str, wanted: str) -> np.ndarray:

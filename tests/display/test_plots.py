@@ -228,6 +228,8 @@ def test_a_cloud_has_one_scale_and_no_numbers_in_its_corners():
         lambda value: plots.plane(points=value),
         lambda value: plots.curves(GRID, value, "x", "y"),
         lambda value: plots.curves([], {"a": value}, "x", "y"),
+        plots.side_view,
+        lambda value: plots.side_view(omx.HOME, value),
     ],
 )
 def test_what_cannot_be_drawn_is_named(draw, wrong):

@@ -255,6 +255,7 @@ def test_marks_come_and_go_by_name(view):
         lambda v: v.axis("a", (0, 0, 0), (0, 0, 0)),
         lambda v: v.plane("p", np.eye(3)),
         lambda v: v.label("a/b", "word", (0, 0, 0)),
+        lambda v: v.label(5, "word", (0, 0, 0)),
         lambda v: v.label("nan", "word", (0, 0, math.nan)),
         lambda v: v.animate([omx.HOME]),
         *(lambda v, s=s: v.animate([omx.HOME, omx.ZERO], seconds=s) for s in (-1, 0, math.inf, math.nan, 1e9)),

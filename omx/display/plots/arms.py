@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.patches import Arc
 
 from ... import kinematics
+from ...arrays import as_four
 from ...geometry import COURSE, Geometry
 from ..palette import INK, PALE, PALETTE
 from .picture import Picture, as_points, axes_of, cycle, finish, point_text
@@ -63,8 +64,9 @@ def side_view(
     for i, (q, colour) in enumerate(zip(configurations, cycle(), strict=False)):
         if not getattr(q, "reachable", True):
             continue
-        facing = q[0] if facing is None else facing
-        points = _outline(q, geometry, facing)
+        four = as_four(q, "configurations", "four joint angles in rad each, or an IKSolution")
+        facing = four[0] if facing is None else facing
+        points = _outline(four, geometry, facing)
         legal = getattr(q, "legal", True)
         label = labels[i] if i < len(labels) else getattr(q, "branch", "")
         label += "" if legal else " (beyond a joint limit)"
@@ -106,7 +108,7 @@ def _angle_marks(axes, arm) -> None:
 
 def _outline(q, geometry: Geometry, facing: float) -> np.ndarray:
     """Points (6, 2) in the plane r, z: base, shoulder, the dog-leg's corner, elbow, wrist, tool."""
-    frames = kinematics.frames(np.asarray(tuple(q), float), geometry)
+    frames = kinematics.frames(q, geometry)
     x, y, z = frames[:, :3, 3].T
     r = x * math.cos(facing) + y * math.sin(facing)
     points = np.column_stack((r, z))

@@ -4,7 +4,7 @@ import os
 
 import numpy as np
 
-from ...arrays import as_number
+from ...arrays import as_number, as_word
 from ...errors import BadInput
 from ..palette import BLUE, INK, VERMILION
 from . import annotations, environment, html_export
@@ -172,10 +172,8 @@ class Scene:
         return mimebundle(self, self)
 
     def _note(self, name: str, drawing: Drawing, matrix=None) -> None:
-        if not name or "/" in name:
-            raise BadInput(f"`name` must be a word without '/'; got {name!r}.")
         placed = None if matrix is None else _matrix(matrix)
-        self._notes.add(name)
+        self._notes.add(as_word(name))
         with self.channel.batch():
             self.channel.draw(f"/meshcat/notes/{name}", drawing)
             if placed is not None:

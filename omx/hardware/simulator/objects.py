@@ -5,7 +5,7 @@ from math import cos, hypot, pi, radians, sin
 
 import numpy as np
 
-from ...arrays import as_number
+from ...arrays import as_number, as_word
 from ...errors import BadInput
 from ...rotation import from_vector
 
@@ -107,8 +107,7 @@ def cup(name: str, at, diameter: float = 50.0, height: float = 60.0, mass_g: flo
 
 
 def _thing(name, at, width, height, mass_g, is_round, colour, yaw_deg) -> Thing:
-    if not isinstance(name, str) or not name or "/" in name:
-        raise BadInput(f"`name` must be a word without '/'; got {name!r}.")
+    as_word(name)
     if np.shape(at) != (2,):
         raise BadInput(f"`at` must be x and y on the table, in mm; got {at!r}.")
     x, y = (as_number(value, "at", "x and y on the table, in mm") for value in at)
