@@ -1,11 +1,14 @@
 """The server's end of a line to another program: a TCP port, or a pseudo-terminal that looks like a serial port."""
 
 import contextlib
+import errno
 import os
 import select
 import socket
 import struct
 import sys
+
+from ...errors import BadInput
 
 LOOPBACK = "127.0.0.1"
 _TCGETS2 = 0x802C542A  # Linux: struct termios2, whose last two fields are the speeds in bits per second
@@ -22,7 +25,11 @@ class TcpEnd:
     baud = None  # a socket has no rate
 
     def __init__(self, port: int = 0):
-        self._listener = socket.create_server((LOOPBACK, port), backlog=1)
+        try:
+            self._listener = socket.create_server((LOOPBACK, port), backlog=1)
+        except OSError as error:
+            why = "somebody has it, perhaps another virtual arm" if error.errno == errno.EADDRINUSE else error.strerror
+            raise BadInput(f"TCP port {port} cannot be had: {why}. Take another; 0 takes a free one.") from error
         self._client: socket.socket | None = None
         self._new = True  # until the client has said something
         self.name = f"socket://{LOOPBACK}:{self._listener.getsockname()[1]}"

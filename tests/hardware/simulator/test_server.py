@@ -211,6 +211,14 @@ def test_the_arm_is_computed_while_it_moves_and_nobody_asks():
     assert waits[-1] >= 0.5  # at rest it sleeps
 
 
+def test_a_port_that_somebody_has_is_named_with_the_way_to_a_free_one(capsys):
+    end = TcpEnd()
+    taken = end.name.rpartition(":")[2]
+    assert main(["--tcp", taken]) == 1
+    end.close()
+    assert capsys.readouterr().err.startswith(f"TCP port {taken} cannot be had: somebody has it, perhaps another")
+
+
 # ---- who ends it ----
 
 PYTHON = [sys.executable, "-m", "omx.hardware.simulator", "--tcp", "0"]
