@@ -247,6 +247,16 @@ def test_a_picture_brings_its_alt_text():
     assert pages.prepared(cell)["metadata"]["mystnb"]["image"] == {"alt": "A line.", "width": "9px"}
 
 
+@pytest.mark.parametrize(
+    ("source", "outside"), [("**Predict.** How far?", ""), ("### Far\n\n**Predict.** How far?", "### Far")]
+)
+def test_a_question_to_predict_stands_in_a_box_whether_it_has_a_heading_or_not(source, outside):
+    cell = {"cell_type": "markdown", "id": "a", "metadata": {"tags": ["predict"]}, "source": source}
+    before, _, box = pages.prepared(cell)["source"].partition("::::::{div} omx-predict")
+    assert before.strip() == outside
+    assert box.strip() == "**Predict.** How far?\n::::::"
+
+
 def test_a_robots_panel_says_what_is_missing_on_a_page():
     def shown(plain):
         data = {"text/html": '<div class="omx-panel"></div>', "text/plain": plain}
