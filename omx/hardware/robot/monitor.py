@@ -17,7 +17,7 @@ from .. import gravity
 from ..dynamixel import registers as reg
 from ..dynamixel import units
 from ..dynamixel.bus import Bus, again
-from ..fault_table import HEALTH, Found, judge, sentences
+from ..fault_table import HEALTH, Finding, judge, sentences
 from ..safety import Guard, stalled
 from .servo_group import JOINTS
 
@@ -50,9 +50,9 @@ class Reading(NamedTuple):
     aim_speed: tuple[float, ...]
 
 
-def _whose(one: Found) -> tuple[str, int | None]:
+def _whose(one: Finding) -> tuple[str, int | None]:
     """The condition and its servo: each has a temperature of its own, but all have one supply."""
-    return one.condition.key, None if one.condition.key == "weak_voltage" else one.servo
+    return one.key, None if one.key == "weak_voltage" else one.servo
 
 
 class Monitor:
@@ -62,7 +62,7 @@ class Monitor:
     `new_warnings` are sentences that nobody has been told yet.
     """
 
-    def __init__(self, bus: Bus, offsets=(0.0,) * 4, known: Iterable[Found] = ()):
+    def __init__(self, bus: Bus, offsets=(0.0,) * 4, known: Iterable[Finding] = ()):
         self.bus, self.offsets = bus, offsets
         self.seen: tuple[float, dict[int, int]] = (-math.inf, {})
         self.new_warnings: list[str] = []

@@ -9,9 +9,8 @@ from ...arm import ARM_IDS, HOME
 from ...errors import BadInput, OmxError
 from ..clock import Clock
 from ..dynamixel.registers import register
-from .endpoints import PtyEnd, TcpEnd
 from .faults import KINDS
-from .server import Orders, parse_fault, serve
+from .server import PtyEnd, TcpEnd, serve
 from .virtual_arm import VirtualArm
 
 
@@ -34,18 +33,12 @@ def arguments() -> argparse.ArgumentParser:
         prog="python -m omx.hardware.simulator",
         description="A virtual OpenMANIPULATOR-X behind a serial port. Prints the port's name, and serves it until it "
         "is interrupted or terminated.",
-        epilog="Faults, at the start with --fault or later with --stdin: "
-        + "; ".join(f"{name}: {kind.text}" for name, kind in KINDS.items()),
+        epilog="Faults: " + "; ".join(f"{name}: {kind.text}" for name, kind in KINDS.items()),
     )
     where = parser.add_mutually_exclusive_group(required=True)
     where.add_argument("--tcp", type=_port, metavar="PORT", help="a TCP port on 127.0.0.1; 0 takes a free one")
     where.add_argument("--pty", action="store_true", help="a pseudo-terminal (Linux and macOS)")
     parser.add_argument("--scale", type=float, default=1.0, help="how many times as fast as real time (default 1)")
-    parser.add_argument(
-        "--stdin",
-        action="store_true",
-        help="take orders on standard input, one a line: a fault, or `clear`; end when it ends",
-    )
     start = parser.add_argument_group("the arm at the start; it is ideal unless asked otherwise")
     start.add_argument("--q", type=float, nargs=4, default=HOME, metavar="RAD", help="joint angles (default: home)")
     start.add_argument(
@@ -71,18 +64,17 @@ def arguments() -> argparse.ArgumentParser:
 
 
 def main(argv=None) -> int:
-    """Serve until a signal, or the end of standard input if that was asked for."""
+    """Serve until a signal."""
     given = arguments().parse_args(argv)
     try:
-        arm, clock, orders = _arm(given), Clock(given.scale), Orders() if given.stdin else None
-        end = _end(given)
+        arm, clock, end = _arm(given), Clock(given.scale), _end(given)
     except (OmxError, OSError) as error:
         print(error, file=sys.stderr)
         return 1
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     print(end.name, flush=True)
     with contextlib.suppress(KeyboardInterrupt):
-        serve(end, arm, clock, orders)
+        serve(end, arm, clock)
     end.close()
     return 0
 
@@ -103,8 +95,7 @@ def _arm(given) -> VirtualArm:
         encoder_noise_deg=given.encoder_noise,
     )
     for text in given.fault:
-        kind, options = parse_fault(text)
-        arm.faults.inject(kind, **options)
+        arm.faults.inject_text(text)
     return arm
 
 
