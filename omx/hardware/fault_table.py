@@ -141,7 +141,7 @@ def _when(test: Callable[[dict], bool], only=ARM_IDS, **facts) -> Callable:
 
 
 def _unit(name: str) -> Callable:
-    return lambda at: units.unit_of(name).value(at[name])
+    return lambda at: reg.REGISTERS[name].unit.value(at[name])
 
 
 def hardware_words(bits: int) -> dict[str, str]:

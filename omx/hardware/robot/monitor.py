@@ -15,7 +15,6 @@ from ...arm import JOINT_IDS
 from ...errors import NotReady, OmxError, OutOfBounds, Stalled, TooFast
 from .. import gravity
 from ..dynamixel import registers as reg
-from ..dynamixel import units
 from ..dynamixel.bus import Bus, again
 from ..fault_table import HEALTH, Finding, judge, sentences
 from ..safety import Guard, stalled
@@ -37,7 +36,6 @@ _log = logging.getLogger("omx.robot")
 LOOK = reg.block(
     "present_current", "present_velocity", "present_position", "velocity_trajectory", "position_trajectory"
 )
-_UNITS = tuple(units.unit_of(row) for row in LOOK.registers)
 
 
 class Reading(NamedTuple):
@@ -76,7 +74,7 @@ class Monitor:
         self.seen = self.bus.clock.now(), {servo: block[servo][2] for servo in JOINTS}
         columns = zip(*(block[servo] for servo in JOINTS), strict=True)
         current, speed, q, aim_speed, aim = (
-            tuple(map(unit.value, column)) for unit, column in zip(_UNITS, columns, strict=True)
+            tuple(map(row.unit.value, column)) for row, column in zip(LOOK.registers, columns, strict=True)
         )
         return Reading(self._corrected(q), speed, current, self._corrected(aim), aim_speed)
 

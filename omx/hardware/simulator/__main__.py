@@ -4,13 +4,14 @@ import argparse
 import contextlib
 import signal
 import sys
+import threading
 
 from ...arm import ARM_IDS, HOME
 from ...errors import BadInput, OmxError
 from ..clock import Clock
 from ..dynamixel.registers import register
 from .faults import KINDS
-from .server import PtyEnd, TcpEnd, serve
+from .server import PtyEnd, TcpEnd, follow, serve
 from .virtual_arm import VirtualArm
 
 
@@ -33,12 +34,18 @@ def arguments() -> argparse.ArgumentParser:
         prog="python -m omx.hardware.simulator",
         description="A virtual OpenMANIPULATOR-X behind a serial port. Prints the port's name, and serves it until it "
         "is interrupted or terminated.",
-        epilog="Faults: " + "; ".join(f"{name}: {kind.text}" for name, kind in KINDS.items()),
+        epilog="Faults, at the start with --fault or later with --stdin: "
+        + "; ".join(f"{name}: {kind.text}" for name, kind in KINDS.items()),
     )
     where = parser.add_mutually_exclusive_group(required=True)
     where.add_argument("--tcp", type=_port, metavar="PORT", help="a TCP port on 127.0.0.1; 0 takes a free one")
     where.add_argument("--pty", action="store_true", help="a pseudo-terminal (Linux and macOS)")
     parser.add_argument("--scale", type=float, default=1.0, help="how many times as fast as real time (default 1)")
+    parser.add_argument(
+        "--stdin",
+        action="store_true",
+        help="take orders on standard input, one a line: a fault, or `clear`; end when it ends",
+    )
     start = parser.add_argument_group("the arm at the start; it is ideal unless asked otherwise")
     start.add_argument("--q", type=float, nargs=4, default=HOME, metavar="RAD", help="joint angles (default: home)")
     start.add_argument(
@@ -64,15 +71,18 @@ def arguments() -> argparse.ArgumentParser:
 
 
 def main(argv=None) -> int:
-    """Serve until a signal."""
+    """Serve until a signal, or the end of standard input if that was asked for."""
     given = arguments().parse_args(argv)
     try:
-        arm, clock, end = _arm(given), Clock(given.scale), _end(given)
+        arm, clock, orders = _arm(given), Clock(given.scale), _standard_input() if given.stdin else None
+        end = _end(given)
     except (OmxError, OSError) as error:
         print(error, file=sys.stderr)
         return 1
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     print(end.name, flush=True)
+    if orders:
+        threading.Thread(target=follow, args=(orders, arm), daemon=True).start()
     with contextlib.suppress(KeyboardInterrupt):
         serve(end, arm, clock)
     end.close()
@@ -116,6 +126,14 @@ def _setting(text: str) -> tuple[str, int]:
         raise BadInput(f"--set takes NAME=VALUE with a whole number, homing_offset=-400; got {text!r}.") from None
     row.encode(number)  # refuses what the register cannot hold
     return row.name, number
+
+
+def _standard_input():
+    """A reader of its own: Python would wait for one that is in use when it ends."""
+    try:
+        return open(0, errors="replace", closefd=False)
+    except OSError as error:
+        raise OSError("--stdin: standard input is closed.") from error
 
 
 def _end(given):

@@ -4,13 +4,17 @@ In a thread it would starve beside a busy notebook, and its answers would come t
 moves, not when somebody asks: a program may wait 34 ms for an answer, and a second of motion takes 20 ms to compute.
 """
 
+import _thread
 import contextlib
 import os
 import select
+import signal
 import socket
 import struct
 import sys
+from collections.abc import Iterable
 
+from ...errors import OmxError
 from ..clock import Clock
 from .virtual_arm import VirtualArm
 from .wire_timing import Wire
@@ -53,6 +57,18 @@ def serve(end: "TcpEnd | PtyEnd", arm: VirtualArm, clock: Clock):
         end.wait(wait_s)
         arm.advance(pace.now())
         _carry(end, arm, wire, pace.now())
+
+
+def follow(orders: Iterable[str], arm: VirtualArm):
+    """Carry out `orders`, each a fault or `clear`, and print what came of it; when they end, the program is ended."""
+    for order in orders:
+        try:
+            with arm.lock:
+                arm.faults.clear() if order.strip() == "clear" else arm.faults.inject_text(order)
+            print("ok", flush=True)
+        except OmxError as error:
+            print(f"refused: {error}", flush=True)
+    _thread.interrupt_main(signal.SIGTERM)
 
 
 def _carry(end, arm: VirtualArm, wire: Wire, now: float):

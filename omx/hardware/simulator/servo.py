@@ -70,9 +70,9 @@ class Servo:
         """False while it has no power or is rebooting: then it neither hears nor answers."""
         return self.powered and now >= self._asleep_until
 
-    def hears(self, now: float, baud: int | None) -> bool:
-        """Whether it understands a packet at this rate, None being a line without one: never in Protocol 1.0."""
-        return self.awake(now) and baud in (None, self.baud) and self.table["protocol_type"] == 2
+    def hears(self, now: float, baud: int | None, protocol: int = 2) -> bool:
+        """Whether it understands a packet at this rate, None being a line without one."""
+        return self.awake(now) and baud in (None, self.baud) and self.table["protocol_type"] == protocol
 
     def listens_to(self, packet_id: int) -> bool:
         """Whether a packet with this id is for this servo: its id or its secondary id."""

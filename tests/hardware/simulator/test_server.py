@@ -6,7 +6,7 @@ import signal
 import socket
 import subprocess
 import sys
-import threading
+import textwrap
 import time
 from pathlib import Path
 
@@ -19,7 +19,7 @@ from omx.arm import ARM_IDS, JOINT_IDS
 from omx.hardware.dynamixel import packet as pk
 from omx.hardware.dynamixel.bus import Bus
 from omx.hardware.dynamixel.sdk import Port
-from omx.hardware.simulator import Clock, VirtualArm
+from omx.hardware.simulator import VirtualArm
 from omx.hardware.simulator.__main__ import main
 from omx.hardware.simulator.faults import Fault
 from omx.hardware.simulator.server import Pace, TcpEnd, serve
@@ -83,11 +83,19 @@ def test_clients_come_and_go(end):
 
 
 @pytest.mark.parametrize("end", ENDS)
-def test_faults_at_the_start(end):
-    faults = ("--fault", "wrong_model servo=12", "--fault", "dead servo=13")
-    with Served(*end, *faults) as served, patient(served.name, 0.5) as bus:
-        assert bus.ping(12).model == 1060
-        assert 13 not in bus.scan([12, 13])
+def test_orders_on_standard_input(end):
+    with Served(*end, "--fault", "wrong_model servo=12") as served:
+        with patient(served.name, 0.5) as bus:
+            assert bus.ping(12).model == 1060
+            served.tell("dead servo=13")
+            assert 13 not in bus.scan([12, 13])
+            served.tell("clear")
+            time.sleep(0.5)
+            assert bus.ping(13) == (1020, 45)
+        with pytest.raises(errors.BadInput, match="written"):
+            served.tell("lost servo=thirteen")
+        with pytest.raises(errors.BadInput, match="No fault"):
+            served.tell("explosion")
 
 
 def test_tcp_is_for_this_computer_and_for_one_client():
@@ -210,7 +218,7 @@ PYTHON = [sys.executable, "-m", "omx.hardware.simulator", "--tcp", "0"]
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 @pytest.mark.parametrize("by", [signal.SIGINT, signal.SIGTERM])
-def test_it_serves_until_a_signal(by):
+def test_without_standard_input_it_serves_until_a_signal(by):
     with subprocess.Popen(PYTHON, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True, cwd=ROOT) as process:
         with patient(process.stdout.readline().strip()) as bus:
             assert bus.ping(11)
@@ -268,8 +276,6 @@ def test_in_the_background_of_a_terminal_it_is_not_stopped():
         (["--tcp", "0", "--set", "12", "id=900"], "252"),
         (["--tcp", "0", "--payload", "501"], "500"),
         (["--tcp", "0", "--backlash", "nan"], "backlash_deg"),
-        (["--tcp", "0", "--fault", "lost servo=thirteen"], "written"),
-        (["--tcp", "0", "--fault", "explosion"], "No fault"),
         ([], "--tcp"),
     ],
 )
@@ -292,22 +298,11 @@ def test_registers_at_the_start():
 
 
 def test_a_pulled_plug_ends_the_connection():
-    end, arm = TcpEnd(), VirtualArm()
-
-    def served():
-        with contextlib.suppress(OSError, ValueError):  # its end is closed
-            serve(end, arm, Clock())
-
-    server = threading.Thread(target=served, daemon=True)
-    server.start()
-    with patient(end.name) as bus:
+    with Served("--tcp", "0") as served, patient(served.name) as bus:
         bus.ping(11)
-        arm.faults.inject("unplugged")
+        served.tell("unplugged")
         with pytest.raises(errors.PortLost):
             bus.scan(range(1, 10))
-    end.close()
-    server.join(10)
-    assert not server.is_alive()
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="pseudo-terminals with a rate are a Linux thing")
@@ -319,6 +314,31 @@ def test_a_pty_knows_the_clients_baud_rate():
             assert bus.ping(11)
 
 
+def test_it_ends_with_its_standard_input():
+    served = Served()
+    pid = served._process.pid
+    assert process_runs(pid)
+    served.close()
+    assert gone(pid)
+
+
+def test_it_ends_with_the_program_that_started_it_even_if_that_is_killed():
+    program = textwrap.dedent("""
+        import time
+        from tests.helpers.served_arm import Served
+        served = Served()
+        print(served._process.pid, flush=True)
+        time.sleep(60)
+    """)
+    starter = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True, cwd=ROOT)
+    pid = int(starter.stdout.readline())
+    assert process_runs(pid)
+    starter.kill()
+    starter.wait()
+    starter.stdout.close()
+    assert gone(pid)
+
+
 def test_a_port_that_is_taken_is_told():
     with Served("--tcp", "0") as served, pytest.raises(errors.OmxError, match="did not start"):
         Served("--tcp", served.name.rsplit(":", 1)[1])
@@ -327,14 +347,13 @@ def test_a_port_that_is_taken_is_told():
 @pytest.mark.parametrize(
     ("text", "fault"),
     [
-        ("lost", {"kind": "lost"}),
-        ("late servo=12 count=3 value=0.1", {"kind": "late", "servo": 12, "count": 3.0, "value": 0.1}),
-        ("overload servo=12 after=0.5", {"kind": "overload", "servo": 12, "after": 0.5}),
+        ("lost", Fault("lost")),
+        ("late servo=12 count=3 value=0.1", Fault("late", 12, count=3.0, value=0.1)),
+        ("overload servo=12 after=0.5", Fault("overload", 12, after=0.5)),
     ],
 )
 def test_faults_in_words(text, fault):
-    arm = VirtualArm()
-    assert arm.faults.inject_text(text) == Fault(**fault)
+    assert VirtualArm().faults.inject_text(text) == fault
 
 
 @pytest.mark.parametrize("text", ["lost 13", "lost servo=x", "lost where=13"])

@@ -11,6 +11,7 @@ from omx.hardware.dynamixel import registers as reg
 from omx.hardware.dynamixel import units
 from omx.hardware.robot.servo_group import MOTION_PUSHED
 from omx.hardware.simulator.servo import REBOOT_S
+from omx.hardware.simulator.wire_timing import Wire
 from tests.helpers.rigs import rig, send_to, stiffen
 
 
@@ -475,12 +476,25 @@ def test_a_servo_may_start_with_its_torque_on_where_it_stands(bus_arm_clock):
         assert refused(bus, 13, "startup_configuration", 1) == pk.ACCESS
 
 
-def test_in_protocol_1_a_servo_is_deaf_to_2(bus_arm_clock):
-    bus, _, _ = bus_arm_clock
+def test_in_protocol_1_a_servo_is_deaf_to_2_and_can_be_set_back(bus_arm_clock):
+    bus, arm, _ = bus_arm_clock
     bus.write(12, "protocol_type", 1)
     with pytest.raises(BusTimeout):
         bus.ping(12)
     assert bus.ping(11)
+    wire = Wire(arm)
+
+    def ask(*body):
+        wire.send(b"\xff\xff" + bytes((*body, ~sum(body) & 0xFF)), arm.now)
+        return wire.receive(100, arm.now)
+
+    assert ask(12, 2, 1) == b"\xff\xff\x0c\x02\x00\xf1"
+    assert ask(12, 4, 2, 0, 2)[5:7] == (1020).to_bytes(2, "little")
+    assert ask(12, 2, 0x55)[4] == 0x40
+    assert ask(0xFE, 6, 0x83, 65, 1, 12, 1) == b""  # to all: LED on
+    assert arm.servo(12).table["led"] == 1
+    ask(12, 4, 3, 13, 2)
+    assert bus.ping(12)
 
 
 def test_the_integral_gain_comes_to_rest(bus_arm_clock):
