@@ -3,6 +3,7 @@ programs left behind, and warns; the doctor tells the same rows. Reads only.
 """
 
 import math
+import sys
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
@@ -54,60 +55,63 @@ _GAINS = (*reg.block("position_d_gain", "position_i_gain", "position_p_gain").re
           *reg.block("feedforward_2nd_gain", "feedforward_1st_gain").registers)  # fmt: skip
 
 
+class Finding(NamedTuple):
+    """One thing found: the `key` of its row, the texts, and the id if it is one servo's.
+
+    `level` is "fault", "warning" or "note"; what is `mended` is set back when the motors are switched on.
+    """
+
+    key: str
+    level: str
+    symptom: str
+    cause: str
+    remedy: str
+    servo: int | None = None
+    mended: bool = False
+
+    @property
+    def forbids(self) -> bool:
+        """True if the arm must not be driven like this, and switching on does not mend it."""
+        return self.level == "fault" and not self.mended
+
+    @property
+    def warns(self) -> bool:
+        """True if it should be said when the arm is opened."""
+        return self.level == "warning" and not self.mended
+
+
 class Condition(NamedTuple):
-    """One row. `found(servo, at)` gives the facts for the text where the condition holds, None where it does not.
+    """One row. `found(servo, at)` gives the facts for the texts where the condition holds, None where it does not.
 
     `at` maps names to raw values and must have those that `needs` names. A "fault" forbids driving, a "warning" is
     said, a "note" is for the doctor; what `mend` maps to values is written back when the motors are switched on, and
-    forbids nothing.
+    forbids nothing. `remedy` maps systems to texts where they differ.
     """
 
     key: str
     level: str
     needs: tuple[str, ...]
-    found: Callable[[int, dict[str, int]], dict | None]
+    found: Callable[[int, dict[str, int]], dict | None] | None
     symptom: str
     cause: str
-    remedy: str
+    remedy: str | dict[str, str]
     mend: dict[str, int] | None = None
 
-
-class Found(NamedTuple):
-    """A condition that holds for one servo, with the facts for its text."""
-
-    condition: Condition
-    servo: int
-    facts: dict
-
-    @property
-    def symptom(self) -> str:
-        """What is the case, in words."""
-        return self.condition.symptom.format(servo=self.servo, **self.facts)
-
-    @property
-    def remedy(self) -> str:
-        """What to do about it."""
-        return self.condition.remedy.format(servo=self.servo, **self.facts)
-
-    @property
-    def forbids(self) -> bool:
-        """True if the arm must not be driven like this, and switching on does not mend it."""
-        return self.condition.level == "fault" and self.condition.mend is None
-
-    @property
-    def warns(self) -> bool:
-        """True if it should be said when the arm is opened."""
-        return self.condition.level == "warning" and self.condition.mend is None
+    def finding(self, servo: int | None, facts: dict, system: str = sys.platform) -> Finding:
+        """This row with its blanks filled in; on `system` ("linux", "darwin", "win32") if remedies differ."""
+        remedy = self.remedy if isinstance(self.remedy, str) else self.remedy.get(system, self.remedy["linux"])
+        symptom, cause, remedy = (text.format(servo=servo, **facts) for text in (self.symptom, self.cause, remedy))
+        return Finding(self.key, self.level, symptom, cause, remedy, servo, self.mend is not None)
 
 
-def judge(servo: int, at: dict[str, int]) -> list[Found]:
+def judge(servo: int, at: dict[str, int]) -> list[Finding]:
     """Every row that holds for `servo`, of those that the registers in `at` can tell."""
     rows = [row for row in CONDITIONS if all(name in at for name in row.needs)]
     facts = [(row, row.found(servo, at)) for row in rows]
-    return [Found(row, servo, fact) for row, fact in facts if fact is not None]
+    return [row.finding(servo, fact) for row, fact in facts if fact is not None]
 
 
-def sentences(found: Iterable[Found]) -> list[str]:
+def sentences(found: Iterable[Finding]) -> list[str]:
     """What is the case and what to do about it: servos with the same remedy in one."""
     symptoms: dict[str, list[str]] = {}
     for one in found:
@@ -137,7 +141,7 @@ def _when(test: Callable[[dict], bool], only=ARM_IDS, **facts) -> Callable:
 
 
 def _unit(name: str) -> Callable:
-    return lambda at: units.unit_of(name).value(at[name])
+    return lambda at: reg.REGISTERS[name].unit.value(at[name])
 
 
 def hardware_words(bits: int) -> dict[str, str]:

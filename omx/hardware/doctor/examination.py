@@ -4,8 +4,7 @@ from ...errors import OmxError, PortError
 from ..dynamixel.bus import Bus
 from ..robot.discovery import find_ports
 from .bus_checks import how_well, who_answers
-from .explanations import explain
-from .report import Report
+from .report import Report, explain
 from .servo_checks import how_they_are, what_they_are
 from .software_checks import examine_port_name, examine_software, holder
 

@@ -6,10 +6,9 @@ from ...arm import JOINT_IDS, STOPS
 from ...errors import BusError
 from ..dynamixel import units
 from ..dynamixel.bus import Bus, Ping
-from ..fault_table import Found, judge, registers
+from ..fault_table import judge, registers
 from ..safety import Guard
-from .explanations import explain
-from .report import Report
+from .report import Report, explain
 
 #: What a joint may read beyond its stops, and parts overlap, before a pose is called impossible (rad, mm).
 SLACK, OVERLAP = math.radians(6.0), 30.0
@@ -20,14 +19,9 @@ def what_they_are(report: Report, pings: dict[int, Ping]) -> list[int]:
     right = []
     for servo, ping in pings.items():
         found = judge(servo, {"model_number": ping.model, "firmware_version": ping.firmware})
-        _tell(report, found)
-        right += [] if any(one.condition.key == "wrong_model" for one in found) else [servo]
+        report.findings += found
+        right += [] if any(one.key == "wrong_model" for one in found) else [servo]
     return right
-
-
-def _tell(report: Report, found: list[Found]) -> None:
-    for one in found:
-        report.add(one.condition.key, one.servo, **one.facts)
 
 
 def how_they_are(bus: Bus, report: Report, servos, pose_deg=None) -> None:
@@ -39,7 +33,7 @@ def how_they_are(bus: Bus, report: Report, servos, pose_deg=None) -> None:
         except BusError as error:
             report.findings += explain(error)
     for servo, at in seen.items():
-        _tell(report, judge(servo, at))
+        report.findings += judge(servo, at)
     on = [servo for servo in seen if seen[servo]["torque_enable"]]
     if on:
         report.add("torque_on", ids=", ".join(map(str, on)))

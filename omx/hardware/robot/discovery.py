@@ -9,7 +9,7 @@ from ..dynamixel import web_serial
 from ..dynamixel.bus import Bus, Ping
 from ..dynamixel.sdk import is_open_here
 from ..dynamixel.serial_line import find_ports
-from ..fault_table import Found, judge, registers, sentences
+from ..fault_table import Finding, judge, registers, sentences
 
 
 @dataclass
@@ -18,7 +18,7 @@ class Condition:
 
     servos: dict[int, Ping] = field(default_factory=dict)
     registers: dict[int, dict[str, int]] = field(default_factory=dict)
-    found: list[Found] = field(default_factory=list)
+    found: list[Finding] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
@@ -29,7 +29,7 @@ class Condition:
     @property
     def left_behind(self) -> list[str]:
         """What other programs left in the servos, and switching the motors on sets back."""
-        return [one.symptom for one in self.found if one.condition.mend is not None and one.condition.level != "note"]
+        return [one.symptom for one in self.found if one.mended and one.level != "note"]
 
 
 def open_bus(name: str) -> Bus:

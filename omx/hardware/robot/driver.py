@@ -436,8 +436,8 @@ class Driver:
         if abs(gaps[worst]) > ARRIVED:
             self.halt()
             servo = JOINTS[worst]
-            symptoms = [one.symptom for one in judge(servo, registers(self.bus, [servo])[servo])
-                        if one.condition.level != "note"]  # fmt: skip
+            found = judge(servo, registers(self.bus, [servo])[servo])
+            symptoms = [one.symptom for one in found if one.level != "note"]
             cause = "; ".join(symptoms) or "something is in its way, or it carries more than it can"
             raise NotArrived(worst + 1, gaps[worst], cause)
         return reading

@@ -15,9 +15,8 @@ from ...arm import JOINT_IDS
 from ...errors import NotReady, OmxError, OutOfBounds, Stalled, TooFast
 from .. import gravity
 from ..dynamixel import registers as reg
-from ..dynamixel import units
 from ..dynamixel.bus import Bus, again
-from ..fault_table import HEALTH, Found, judge, sentences
+from ..fault_table import HEALTH, Finding, judge, sentences
 from ..safety import Guard, stalled
 from .servo_group import JOINTS
 
@@ -37,7 +36,6 @@ _log = logging.getLogger("omx.robot")
 LOOK = reg.block(
     "present_current", "present_velocity", "present_position", "velocity_trajectory", "position_trajectory"
 )
-_UNITS = tuple(units.unit_of(row) for row in LOOK.registers)
 
 
 class Reading(NamedTuple):
@@ -50,9 +48,9 @@ class Reading(NamedTuple):
     aim_speed: tuple[float, ...]
 
 
-def _whose(one: Found) -> tuple[str, int | None]:
+def _whose(one: Finding) -> tuple[str, int | None]:
     """The condition and its servo: each has a temperature of its own, but all have one supply."""
-    return one.condition.key, None if one.condition.key == "weak_voltage" else one.servo
+    return one.key, None if one.key == "weak_voltage" else one.servo
 
 
 class Monitor:
@@ -62,7 +60,7 @@ class Monitor:
     `new_warnings` are sentences that nobody has been told yet.
     """
 
-    def __init__(self, bus: Bus, offsets=(0.0,) * 4, known: Iterable[Found] = ()):
+    def __init__(self, bus: Bus, offsets=(0.0,) * 4, known: Iterable[Finding] = ()):
         self.bus, self.offsets = bus, offsets
         self.seen: tuple[float, dict[int, int]] = (-math.inf, {})
         self.new_warnings: list[str] = []
@@ -76,7 +74,7 @@ class Monitor:
         self.seen = self.bus.clock.now(), {servo: block[servo][2] for servo in JOINTS}
         columns = zip(*(block[servo] for servo in JOINTS), strict=True)
         current, speed, q, aim_speed, aim = (
-            tuple(map(unit.value, column)) for unit, column in zip(_UNITS, columns, strict=True)
+            tuple(map(row.unit.value, column)) for row, column in zip(LOOK.registers, columns, strict=True)
         )
         return Reading(self._corrected(q), speed, current, self._corrected(aim), aim_speed)
 

@@ -64,6 +64,19 @@ class Faults:
             self._begin(fault)
         return fault
 
+    def inject_text(self, text: str) -> Fault:
+        """`inject` from words, such as `lost servo=13 count=2`."""
+        kind, *options = text.split() or [""]
+        types = {"servo": int, "count": float, "after": float, "value": float}
+        try:
+            given = {name: types[name](number) for name, number in (option.split("=") for option in options)}
+        except (KeyError, ValueError):
+            form = "KIND servo=13 count=2 after=0.5 value=1"
+            raise BadInput(
+                f"A fault is written `{form}`, and all but the kind may be left out; got {text!r}."
+            ) from None
+        return self.inject(kind, **given)
+
     def _begin(self, fault: Fault):
         fault.undo = KINDS[fault.kind].do(self._arm, fault)
         self._begun.append(fault)

@@ -4,10 +4,12 @@ from typing import NamedTuple
 
 from ..dynamixel import packet as pk
 from ..dynamixel.packet import Instruction as Do
-from .instructions import obey, word, words
+from .control_table import Refusal
 
 _FAST = (Do.FAST_SYNC_READ, Do.FAST_BULK_READ)
-_FAST_FIRMWARE = 45
+_FAST_FIRMWARE = _BACKUP_FIRMWARE = 45
+#: Option of a factory reset -> registers that keep their value.
+_KEEP = {pk.RESET_ALL: (), pk.RESET_BUT_ID: ("id",), pk.RESET_BUT_ID_AND_BAUD: ("id", "baud_rate")}
 
 
 class Frame(NamedTuple):
@@ -64,12 +66,12 @@ class Line:
     # ---- several servos with one packet ----
 
     def _sync_read(self, packet, servos, now) -> list[Frame]:
-        address, length = word(packet.params, 0), word(packet.params, 2)
+        address, length = pk.word(packet.params, 0), pk.word(packet.params, 2)
         return self._read_group(packet, servos, now, [(i, address, length) for i in packet.params[4:]])
 
     def _bulk_read(self, packet, servos, now) -> list[Frame]:
         p = packet.params
-        wanted = [(p[i], word(p, i + 1), word(p, i + 3)) for i in range(0, len(p) - 4, 5)]
+        wanted = [(p[i], pk.word(p, i + 1), pk.word(p, i + 3)) for i in range(0, len(p) - 4, 5)]
         return self._read_group(packet, servos, now, wanted)
 
     def _read_group(self, packet, servos, now, wanted) -> list[Frame]:
@@ -80,7 +82,7 @@ class Line:
             able = [s for s in servos if s.id == servo_id and _able(s, fast)]
             if not able:
                 break
-            request = pk.Packet(servo_id, Do.READ, words(address, length))
+            request = pk.Packet(servo_id, Do.READ, pk.words(address, length))
             answers = [obey(servo, request, now) for servo in able]
             frames += _collide([_status(s, servo_id, *a) for s, a in zip(able, answers, strict=True)])
             error, data = answers[0]
@@ -93,7 +95,7 @@ class Line:
         return [Frame(parts[0][0], pk.build_fast_status(parts, whole), frames[0].delay)]
 
     def _sync_write(self, packet, servos, now) -> list[Frame]:
-        address, length = packet.params[:2], word(packet.params, 2)
+        address, length = packet.params[:2], pk.word(packet.params, 2)
         rest = packet.params[4:]
         for i in range(0, len(rest) - length, length + 1):
             self._write_one(servos, rest[i], address + rest[i + 1 : i + 1 + length], now)
@@ -101,8 +103,8 @@ class Line:
 
     def _bulk_write(self, packet, servos, now) -> list[Frame]:
         rest = packet.params
-        while len(rest) >= 5 and len(rest) >= 5 + word(rest, 3):
-            end = 5 + word(rest, 3)
+        while len(rest) >= 5 and len(rest) >= 5 + pk.word(rest, 3):
+            end = 5 + pk.word(rest, 3)
             self._write_one(servos, rest[0], rest[1:3] + rest[5:end], now)
             rest = rest[end:]
         return []
@@ -136,3 +138,94 @@ def _collide(frames: list[Frame]) -> list[Frame]:
     for frame in frames:
         mixed = bytes(a & b for a, b in zip(mixed, frame.data.ljust(size, b"\xff"), strict=True))
     return [Frame(frames[0].servo, mixed, frames[0].delay)]
+
+
+# ---- what one servo does: each gives the parameters of its answer, or refuses ----
+
+
+def obey(servo, packet: pk.Packet, now: float) -> tuple[int, bytes]:
+    """Do at the time `now` (s) what the packet says, and return error code and parameters of the answer."""
+    if not packet.intact:
+        return pk.CRC_ERROR, b""
+    action = _ACTIONS.get(packet.instruction)
+    if action is None:
+        return pk.INSTRUCTION_ERROR, b""
+    try:
+        return 0, action(servo, packet, now) or b""
+    except Refusal as refusal:
+        return refusal.code, b""
+
+
+def _ping(servo, packet, now):
+    return pk.words(servo.table["model_number"]) + bytes((servo.table["firmware_version"],))
+
+
+def _read(servo, packet, now):
+    if len(packet.params) != 4:
+        raise Refusal(pk.DATA_LENGTH)
+    return servo.read(pk.word(packet.params), pk.word(packet.params, 2), now)
+
+
+def _write(servo, packet, now):
+    servo.write(pk.word(packet.params), packet.params[2:], now)
+
+
+def _reg_write(servo, packet, now):
+    address, data = pk.word(packet.params), packet.params[2:]
+    servo.check(address, data)
+    servo.registered = (address, data)
+    servo.table.put("registered_instruction", 1)
+
+
+def _action(servo, packet, now):
+    if servo.registered is None:
+        raise Refusal(pk.INSTRUCTION_ERROR)
+    registered, servo.registered = servo.registered, None
+    servo.table.put("registered_instruction", 0)
+    servo.write(*registered, now)
+
+
+def _factory_reset(servo, packet, now):
+    if packet.params not in _KEEP:
+        raise Refusal(pk.DATA_RANGE)
+    if packet.id == pk.BROADCAST and packet.params == pk.RESET_ALL:
+        raise Refusal(pk.ACCESS)  # or all servos would end up with id 1
+    servo.factory_reset(now, _KEEP[packet.params])
+
+
+def _reboot(servo, packet, now):
+    servo.reboot(now)
+
+
+def _clear(servo, packet, now):
+    if packet.params != pk.CLEAR_TURNS:
+        raise Refusal(pk.DATA_RANGE)
+    if servo.moving(now):
+        raise Refusal(pk.RESULT_FAIL)
+    servo.clear_turns(now)
+
+
+def _backup(servo, packet, now):
+    if servo.table["firmware_version"] < _BACKUP_FIRMWARE:
+        raise Refusal(pk.INSTRUCTION_ERROR)
+    if packet.params not in (pk.STORE, pk.RESTORE):
+        raise Refusal(pk.DATA_RANGE)
+    if servo.torque_on or (packet.params == pk.RESTORE and not servo.table["backup_ready"]):
+        raise Refusal(pk.RESULT_FAIL)
+    if packet.params == pk.STORE:
+        servo.store()
+    else:
+        servo.restore(now)
+
+
+_ACTIONS = {
+    Do.PING: _ping,
+    Do.READ: _read,
+    Do.WRITE: _write,
+    Do.REG_WRITE: _reg_write,
+    Do.ACTION: _action,
+    Do.FACTORY_RESET: _factory_reset,
+    Do.REBOOT: _reboot,
+    Do.CLEAR: _clear,
+    Do.BACKUP: _backup,
+}
