@@ -6,7 +6,7 @@ import numpy as np
 
 from ...arrays import as_number
 from ...errors import BadInput
-from ..palette import BLUE, INK, VERMILION
+from ..palette import INK, VERMILION
 from . import annotations, environment, html_export
 from .assets import script
 from .channel import Channel
@@ -22,7 +22,7 @@ class Scene:
 
     def __init__(self, *, height: int, camera: Camera, aim, distance: float, floor: float = 0.0):
         self.channel = Channel()
-        self.height = _pixels(height)
+        self.height = int(as_number(height, "height", "a number of pixels", low=1.0, high=1e5))
         self._aim, self._floor = (aim, distance), floor
         self._mark = 52.0 * max(0.5, distance)
         #: Called with the target to which a reader drags the tool, [x, y, z, pitch] (mm, rad) or a hand's T (4, 4), and
@@ -70,16 +70,16 @@ class Scene:
             return self.remove(name)
         return self._note(name, annotations.arrow(start, start + direction, colour, label, _size("radius", radius)))
 
-    def axis(self, name: str, point, direction, *, label=None, colour=VERMILION, length=None, slides=False) -> None:
+    def axis(self, name: str, point, direction, *, label=None, colour=VERMILION, length=None) -> None:
         """A joint's axis: the line through `point` (3,) mm along `direction` (3,), `length` mm of it drawn.
 
-        An arc about it shows the positive turn, by the right-hand rule; with `slides` a second head the way.
+        An arc about it shows the positive turn, by the right-hand rule.
         """
         point, direction = _vector("point", point), _vector("direction", direction)
         if not direction.any():
             raise BadInput("`direction` must point somewhere: one of its three numbers must not be 0.")
         length = _size("length", length or 4.0 * self._mark)
-        self._note(name, annotations.axis(point, direction, length, colour, label, slides))
+        self._note(name, annotations.axis(point, direction, length, colour, label))
 
     def arc(self, name: str, centre, start, end, *, label=None, colour=INK) -> None:
         """An angle about `centre` (3,), from direction `start` (whose length is its radius, mm) to direction `end`."""
@@ -87,11 +87,6 @@ class Scene:
         if not (start.any() and end.any()):
             raise BadInput("`start` and `end` must point somewhere: one of the three numbers must not be 0.")
         self._note(name, annotations.arc(centre, start, end, colour, label))
-
-    def plane(self, name: str, T, *, size: float = 160.0, colour=BLUE, opacity: float = 0.15) -> None:
-        """A translucent square, `size` mm wide: the x-y plane of the frame `T` (4, 4)."""
-        opacity = as_number(opacity, "opacity", "0 to 1", 0.0, 1.0)
-        self._note(name, annotations.plane(_size("size", size), colour, opacity), T)
 
     def triad(self, name: str, T, *, index: int | None = None, size: float | None = None) -> None:
         """A frame `T` (4, 4) of your own; with `index` its axes are labelled x_index, y_index, z_index."""
@@ -154,16 +149,15 @@ class Scene:
             self._widget.on_drag = lambda pose, q: self.on_drag and self.on_drag(pose, q)
         return self._widget
 
-    def static_html(self, *, height: int | None = None, shared: bool = False) -> str:
+    def static_html(self, *, shared: bool = False) -> str:
         """The scene as HTML without a kernel: sandboxed, fetching nothing, animated if an animation is set.
 
         `shared=True` gives a placeholder of a few kB instead, for pages that load the script of
         `write_site_script` once; there the stage is dark where the page's theme is.
         """
-        height = _pixels(height or self.height)
         if not shared:
-            return html_export.frame(self.channel, self._config(), height, repr(self))
-        return html_export.placeholder(self.channel, self._config(), height, repr(self), self._night().log)
+            return html_export.frame(self.channel, self._config(), self.height, repr(self))
+        return html_export.placeholder(self.channel, self._config(), self.height, repr(self), self._night().log)
 
     def __repr__(self) -> str:
         return "3-D scene"
@@ -190,10 +184,6 @@ def mimebundle(scene: Scene, shown) -> dict:
     model = scene.widget if shown is scene else shown
     view = {"version_major": 2, "version_minor": 0, "model_id": model.model_id}
     return {"text/plain": repr(shown), "application/vnd.jupyter.widget-view+json": view}
-
-
-def _pixels(height) -> int:
-    return int(as_number(height, "height", "a number of pixels", low=1.0, high=1e5))
 
 
 def _size(name: str, value) -> float:
