@@ -23,7 +23,7 @@ class Scene:
     def __init__(self, *, height: int, camera: Camera, aim, distance: float, floor: float = 0.0):
         self.channel = Channel()
         self.height = int(as_number(height, "height", "a number of pixels", low=1.0, high=1e5))
-        self._aim, self._floor = (aim, distance), floor
+        self._aim = aim, distance
         self._mark = 52.0 * max(0.5, distance)
         #: Called with the target to which a reader drags the tool, [x, y, z, pitch] (mm, rad) or a hand's T (4, 4), and
         #: with the joint values: no target (None) where a link was pulled, no joint values where it cannot be had.
@@ -32,7 +32,7 @@ class Scene:
         self._notes: set[str] = set()
         with self.channel.batch():
             environment.set_light(self.channel)
-            self._set_ground(self.channel, dark=False)
+            environment.set_ground(self.channel, floor, 500.0 * max(0.4, distance))
             self.camera = camera
 
     # -- how it is seen -----------------------------------------------------------------------------------
@@ -46,16 +46,6 @@ class Scene:
     def camera(self, camera: Camera) -> None:
         self._camera = Camera(camera)
         environment.set_camera(self.channel, self._camera, *self._aim)
-
-    def _set_ground(self, channel: Channel, dark: bool) -> None:
-        half = 500.0 * max(0.4, self._aim[1])
-        environment.set_ground(channel, self._floor, dark, half, half / 10)
-
-    def _night(self) -> Channel:
-        """The commands that make the stage dark, for a page that follows its reader's theme."""
-        night = Channel()
-        self._set_ground(night, dark=True)
-        return night
 
     def _config(self) -> dict:
         """What the scene's scripts are told when they start."""
@@ -145,7 +135,7 @@ class Scene:
             from .widget import SceneWidget
 
             config = {**self._config(), "shell": html_export.shell(self._config()), "start": script("start.js")}
-            self._widget = SceneWidget(self.channel, self._night(), height=self.height, title=repr(self), config=config)
+            self._widget = SceneWidget(self.channel, height=self.height, title=repr(self), config=config)
             self._widget.on_drag = lambda pose, q: self.on_drag and self.on_drag(pose, q)
         return self._widget
 
@@ -153,11 +143,11 @@ class Scene:
         """The scene as HTML without a kernel: sandboxed, fetching nothing, animated if an animation is set.
 
         `shared=True` gives a placeholder of a few kB instead, for pages that load the script of
-        `write_site_script` once; there the stage is dark where the page's theme is.
+        `write_site_script` once.
         """
         if not shared:
             return html_export.frame(self.channel, self._config(), self.height, repr(self))
-        return html_export.placeholder(self.channel, self._config(), self.height, repr(self), self._night().log)
+        return html_export.placeholder(self.channel, self._config(), self.height, repr(self))
 
     def __repr__(self) -> str:
         return "3-D scene"
