@@ -7,7 +7,6 @@ import ipywidgets
 from ...arm import HOME
 from ...dh import Chain, clipped
 from ...errors import BadInput
-from ...geometry import COURSE
 from ...kinematics import pose as tool_pose
 from ..viewer.arm_drawings import is_our_arm
 from ..viewer.view import View
@@ -24,8 +23,8 @@ class JointPanel(Panel):
     and z term by term, each in the colour of its link, and the DH table: who points at a row sees its frame.
     """
 
-    def __init__(self, view: View | None = None, *, q=None, geometry=COURSE, limits=None, terms=False):
-        view = as_view(view or View(HOME if q is None else q, geometry=geometry))
+    def __init__(self, view: View | None = None, *, q=None, limits=None, terms=False):
+        view = as_view(view or View(HOME if q is None else q))
         self.chain = _limited(view.chain, limits)
         rows = []
         self.sliders = []
@@ -50,7 +49,7 @@ class JointPanel(Panel):
         """The DH table of the arm, whose bones get their colours. Raises `BadInput` for another chain."""
         if view.geometry is None or not is_our_arm(view.geometry):
             raise BadInput("`terms` are those of the OpenMANIPULATOR-X; this view shows another chain.")
-        view.bones(COLOURS)
+        view.bones()
         self._shown = view.shown_frames
         table = DHTable(html=dh_table(view.chain))
         table.observe(lambda change: view.frames(*{*self._shown, *([change["new"]] if change["new"] else [])}), "lit")
@@ -67,9 +66,6 @@ class JointPanel(Panel):
             button.on_click(lambda _, q=q: setattr(self, "q", q))
             buttons.append(button)
         return ipywidgets.HBox(buttons)
-
-    def _check(self, q) -> None:
-        self.chain.check(q)
 
     def _static_data(self) -> dict:
         data = {"kind": "joints", **({"section": True} if self.view.has_section else {})}

@@ -99,7 +99,7 @@ class Panel(ipywidgets.VBox):
     @q.setter
     def q(self, value) -> None:
         q = self.view.check(value)
-        self._check(q)
+        self.chain.check(q)
         self._place(q)
 
     def show(self, q) -> None:

@@ -1,4 +1,4 @@
-"""What surrounds the arm: camera, lights, ground and background."""
+"""What surrounds the arm: camera, lights and ground."""
 
 import math
 from enum import Enum
@@ -76,31 +76,27 @@ def set_light(channel) -> None:
         channel.draw("/meshcat/lights", lights)
 
 
-def set_ground(channel, height: float, dark: bool, half: float = 500.0, step: float = 50.0) -> None:
-    """A grid of `step` mm at `height` (mm) that fades towards its rim, and the shadow of what stands on it."""
-    background = np.array((56, 63, 72) if dark else (255, 255, 255), float)
-    ink = np.array((112, 121, 132) if dark else (186, 193, 201), float)
-    points, colours = _grid(half, step, background, ink)
+def set_ground(channel, height: float, half: float) -> None:
+    """A grid of `half` mm each way at `height` (mm) that fades towards its rim, and the shadow of what stands on it.
+
+    The sky, and how all this looks at night, is in `scene.js`.
+    """
+    points = _grid(half, half / 10)
+    fade = np.clip(1 - np.hypot(*points.T) / half, 0, 1) ** 0.6
     level = np.full(len(points), height - 0.4)
-    ground = Drawing().lines(np.column_stack((points, level)), colours)
+    ground = Drawing().lines(np.column_stack((points, level)), [(186, 193, 201, 255 * share) for share in fade])
     ground.mesh({"type": "PlaneGeometry", "width": 1.8e-3 * half, "height": 1.8e-3 * half},
-                {"type": "ShadowMaterial", "color": 0, "opacity": 0.55 if dark else 0.26, "transparent": True},
+                {"type": "ShadowMaterial", "color": 0, "opacity": 0.26, "transparent": True},
                 position=[0, 0, 1e-3 * height - 6e-4], receiveShadow=True)  # fmt: skip
-    top, bottom = ((74, 83, 94), (44, 50, 58)) if dark else ((255, 255, 255), (240, 243, 246))
-    with channel.batch():
-        channel.draw("/meshcat/ground", ground)
-        for name, colour in (("top_color", top), ("bottom_color", bottom)):
-            channel.set("/Background", name, [c / 255 for c in colour])
+    channel.draw("/meshcat/ground", ground)
 
 
-def _grid(half: float, step: float, background, ink):
-    """Lines of a grid in short pieces: points (2n, 2) and colours (2n, 3) that fade into the background."""
+def _grid(half: float, step: float):
+    """Lines of a grid in short pieces: points (2n, 2)."""
     ticks = np.arange(-half, half + step / 2, step)
     along, across = np.meshgrid(np.stack((ticks[:-1], ticks[1:]), axis=1).ravel(), ticks)
     points = np.stack((along.ravel(), across.ravel()), axis=1)
-    points = np.concatenate((points, points[:, ::-1]))
-    fade = np.clip(1 - np.hypot(*points.T) / half, 0, 1)[:, None] ** 0.6
-    return points, background + fade * (ink - background)
+    return np.concatenate((points, points[:, ::-1]))
 
 
 def _y_up(point) -> list[float]:

@@ -16,15 +16,12 @@ def shell(config: dict) -> str:
     return script("shell.html").replace("/*config*/{}", json.dumps(config).replace("<", "\\u003c"))
 
 
-def scene_data(
-    channel, night: dict[tuple, bytes] | None = None, *, apart: bool = False
-) -> tuple[str, dict[str, bytes]]:
+def scene_data(channel, *, apart: bool = False) -> tuple[str, dict[str, bytes]]:
     """The scene as text (its commands' keys and bytes, gzipped, base64), and its objects if they are to stand `apart`.
 
-    Objects that stand apart are named by their content, and only their names are in the text. Commands of `night`
-    have a fourth word in their key, `night`; they are for a page whose theme is dark.
+    Objects that stand apart are named by their content, and only their names are in the text.
     """
-    commands = channel.log | {(*key, "night"): data for key, data in (night or {}).items()}
+    commands = channel.log
     objects = {key: data for key, data in commands.items() if apart and key[0] == "set_object"}
     names = {key: name_of(data) for key, data in objects.items()}
     head = [[*key, names.get(key, len(data))] for key, data in commands.items()]
@@ -65,7 +62,7 @@ def frame(channel, config: dict, height: int, title: str) -> str:
     )
 
 
-def placeholder(channel, config: dict, height: int, title: str, night: dict | None = None) -> str:
+def placeholder(channel, config: dict, height: int, title: str) -> str:
     """A mark that the site's script (`write_site_script`) turns into a frame when the reader comes near.
 
     It holds the whole scene. A site may take out of it (`data-objects`) what its script already has. For paper there is
@@ -73,7 +70,7 @@ def placeholder(channel, config: dict, height: int, title: str, night: dict | No
     """
     from .poster import poster
 
-    scene, objects = scene_data(channel, night, apart=True)
+    scene, objects = scene_data(channel, apart=True)
     config = html.escape(json.dumps(config, separators=(",", ":")), quote=False).replace("'", "&#39;")
     return (
         f'<div class="omx-scene" role="img" aria-label="{html.escape(title)}" style="width:100%;height:{height}px" '

@@ -66,8 +66,3 @@ class Trail:
         self._channel.draw(f"{self.root}/{self._piece}", polyline(self._points))
         if len(self._points) == _PIECE:
             self._points, self._piece = self._points[-1:], self._piece + 1
-
-    def clear(self) -> None:
-        """Forget the trail and start again at the next point."""
-        self._points, self._piece = [], 0
-        self._channel.delete(self.root)

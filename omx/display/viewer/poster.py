@@ -98,8 +98,8 @@ class Sheet:
             drawn[cell[seen]] = True
         self.put(np.flatnonzero(drawn), layer[drawn], opacity)
 
-    def put(self, cells, colours, opacity: float) -> None:
-        """Lay colours over what is there."""
+    def put(self, cells, colours, opacity) -> None:
+        """Lay colours over what is there; `opacity` is one number, or one a cell (n, 1)."""
         self.colour[cells] += opacity * (colours - self.colour[cells])
 
 
@@ -250,7 +250,8 @@ def _shadows(sheet: Sheet, lens: Lens, solids: list[Part], floor: float) -> None
 def _draw_lines(sheet: Sheet, lens: Lens, part: Part) -> None:
     """Separate thin lines, in pieces of a pixel."""
     ends = lens(_at(part, part.array("position"))).reshape(-1, 2, 3)
-    colours = part.array("color")[::2, :3].astype(float)
+    colours = part.array("color")[::2].astype(float)
+    opacity = colours[:, 3:] / 255 if colours.shape[1] == 4 else np.ones((len(colours), 1))
     count = np.ceil(np.abs(np.diff(ends, axis=1))[:, 0, :2].max(axis=1)).astype(int).clip(1, 4000)
     line = np.repeat(np.arange(len(ends)), count)
     share = (np.arange(len(line)) - np.repeat(np.cumsum(count) - count, count)) / count[line]
@@ -258,7 +259,8 @@ def _draw_lines(sheet: Sheet, lens: Lens, part: Part) -> None:
     column, row = dots[:, :2].astype(int).T
     rows, columns = sheet.shape
     inside = (dots[:, :2] >= 0).all(axis=1) & (column < columns) & (row < rows)
-    sheet.put((row * columns + column)[inside], colours[line[inside]], 1.0)
+    line = line[inside]
+    sheet.put((row * columns + column)[inside], colours[line, :3], opacity[line])
 
 
 def _draw_shape(sheet: Sheet, lens: Lens, part: Part) -> None:

@@ -30,18 +30,30 @@
   viewer.set_object = (path, object) => {
     if (!wanted.has("/" + path.join("/"))) return;
     setObject(path, object);
-    if (dark) relabel();
+    if (dark) dress();
   };
 
-  // What looks otherwise where the page around is dark: the commands for the night come first, and the same by day.
-  const night = new Map(), day = new Map();
-  let dark = false;
+  // What looks otherwise where the page around is dark: the sky, the grid (a factor of its ink), how deep shadows are, and words.
+  const DAY = { top: [255, 255, 255], bottom: [240, 243, 246], grid: 0xffffff, shadow: 0.26 };
+  const NIGHT = { top: [74, 83, 94], bottom: [44, 50, 58], grid: 0x9aa0a8, shadow: 0.55 };
+  let dark = document.documentElement.classList.contains("dark");
   function theme(now) {
     dark = now;
     document.documentElement.classList.toggle("dark", dark);
-    for (const command of (dark ? night : day).values()) draw(command);
-    relabel();
+    dress();
   }
+  function dress() {
+    const { top, bottom, grid, shadow } = dark ? NIGHT : DAY;
+    viewer.set_property(["Background"], "top_color", top.map((c) => c / 255));
+    viewer.set_property(["Background"], "bottom_color", bottom.map((c) => c / 255));
+    viewer.scene_tree.find(["meshcat", "ground"]).object.traverse(({ material }) => {
+      if (material?.isShadowMaterial) material.opacity = shadow;
+      else material?.color.set(grid);
+    });
+    relabel();
+    viewer.set_dirty();
+  }
+  dress();
 
   // Words are pictures, drawn for a light stage: at night their ink is pale and their rim is dark.
   function relabel() {
@@ -63,13 +75,6 @@
   const properties = new Map(); // the newest of each, by path and name
   let size = 1; // of what is drawn, as a multiple of what was drawn first
   function take(command) {
-    const { type, path, name, when } = command, key = `${type} ${path} ${name}`;
-    if (when) night.set(key, command);
-    else if (night.has(key)) day.set(key, command);
-    if (!night.has(key) || Boolean(when) === dark) draw(command);
-  }
-
-  function draw(command) {
     const { type, path, name, bytes } = command;
     if (type === "set_object") wanted.add(path);
     if (type === "set_property") properties.set(`${path} ${name}`, command);

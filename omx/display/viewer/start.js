@@ -53,10 +53,8 @@
     if (!document.getElementById(id)) continue;
     for (const [[name], bytes] of await takeApart(id)) known.set(name, bytes);
   }
-  const all = (await takeApart("scene", known)).map(([[type, path, name, when], bytes]) => ({ type, path, name, when, bytes }));
-  const { viewer } = window.omxScene;
-  dress();
-  window.omxScene.apply([...all.filter(({ when }) => when), ...all.filter(({ when }) => !when)]);
+  const scene = await takeApart("scene", known), { viewer } = window.omxScene;
+  window.omxScene.apply(scene.map(([[type, path, name], bytes]) => ({ type, path, name, bytes })));
   if (window.OMX_POSED) window.omxScene.transforms(window.OMX_POSED);
   window.omxScene.extra?.("html", "Save this scene as one HTML file", () => {
     const posed = JSON.stringify({ nodes: places(viewer.scene_tree.children.meshcat, "/meshcat") });

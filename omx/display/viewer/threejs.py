@@ -43,7 +43,7 @@ class Drawing:
         return self._child("Mesh", geometry, material, **placed)
 
     def lines(self, points, colours) -> "Drawing":
-        """Separate thin lines: `points` (2n, 3) mm and `colours` (2n, 3) of 0..255, two rows a line."""
+        """Separate thin lines: `points` (2n, 3) mm and `colours` (2n, 3) or, with opacity, (2n, 4) of 0..255."""
         points = (np.asarray(points, float) * 1e-3).astype(np.float32)
         attributes = {"position": attribute(points), "color": attribute(np.asarray(colours, np.uint8), True)}
         geometry = {"type": "BufferGeometry", "data": {"attributes": attributes}}

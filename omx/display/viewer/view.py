@@ -1,6 +1,7 @@
 """`View`: the arm, or any chain, in a scene that moves when its joint values are set."""
 
 import math
+from itertools import zip_longest
 
 import numpy as np
 
@@ -64,7 +65,6 @@ class View(Scene):
         self._triads = self._trail = None
         self.shown_frames: tuple[int, ...] = ()
         self._ghosts: list[Figure] = []
-        self._ghost_labels: tuple = ()
         self.has_section = self._animated = False
         self._opacity, self._gripper = 1.0, 0.0
         self.let_drag(LIMITS if self._is_ours else chain.limits, handle=False)
@@ -134,50 +134,41 @@ class View(Scene):
                 self._triads = Figure(self.channel, "/meshcat/frames", drawings)
                 self._triads.pose(self.chain.frames(self._q))
 
-    def bones(self, colours=PALETTE) -> None:
-        """Draw a coloured line along each link, from joint to joint and over everything: first link, first colour."""
+    def bones(self) -> None:
+        """Draw a line along each link, from joint to joint and over everything: first link, first of the palette."""
         for i, row in enumerate(self.chain.rows, 1):
             corner, axis = np.array((-row.a, 0.0, 0.0)), np.array((0.0, math.sin(row.alpha), math.cos(row.alpha)))
             way = [np.zeros(3), corner, corner - row.d * axis]
             way = [p for k, p in enumerate(way) if k == 0 or np.linalg.norm(p - way[k - 1]) > 1e-6]
             if len(way) > 1:
-                bone = annotations.polyline(way, colours[(i - 1) % len(colours)], 2.4, on_top=True)
+                bone = annotations.polyline(way, PALETTE[(i - 1) % len(PALETTE)], 2.4, on_top=True)
                 self.channel.draw(f"/meshcat/arm/{i}/bone", bone)
 
-    def ghosts(self, qs, labels=None, colours=PALETTE) -> None:
+    def ghosts(self, qs) -> None:
         """Translucent arms at each of `qs`, for other IK branches or a goal; `[]` removes them.
 
-        None and branches out of reach are skipped, so `view.ghosts(omx.ik(pose))` does. `labels`: words shown at
-        each ghost's tool.
+        None and branches out of reach are skipped, so `view.ghosts(omx.ik(pose))` does.
         """
         qs = [None if getattr(q, "q", q) is None else self.check(q) for q in qs]
-        labels = tuple(labels or ())
         with self.channel.batch():
-            if not qs or labels != self._ghost_labels:
-                self._ghosts, self._ghost_labels = [], labels
+            if not qs:
+                self._ghosts = []
                 self.channel.delete("/meshcat/ghosts")
             for k in range(len(self._ghosts), len(qs)):
-                self._ghosts.append(self._ghost(k, colours[k % len(colours)]))
-            for k, ghost in enumerate(self._ghosts):
-                q = qs[k] if k < len(qs) else None
+                drawings = ghost_drawings(self.geometry, self.chain, annotations.rgb(PALETTE[k % len(PALETTE)]))
+                self._ghosts.append(Figure(self.channel, f"/meshcat/ghosts/{k}", drawings))
+            for ghost, q in zip_longest(self._ghosts, qs):
                 ghost.show(q is not None)
                 if q is not None:
                     ghost.pose(self.chain.frames(q))
 
     def trail(self, on: bool = True) -> None:
-        """Draw the tool's way from now on, or stop drawing (what is drawn stays: `clear_trail` removes it)."""
-        self._trail = (self._trail or Trail(self.channel)) if on else None
-        if on:
-            self.q = self._q
+        """Draw the tool's way from now on; `trail(False)` removes it."""
+        self.channel.delete(Trail.root)
+        self._trail = Trail(self.channel) if on else None
+        self.q = self._q
 
-    def clear_trail(self) -> None:
-        """Remove the trail; if it is on, it starts again from here."""
-        Trail(self.channel).clear()
-        if self._trail is not None:
-            self._trail = Trail(self.channel)
-            self.q = self._q
-
-    def section(self, *regions, colours=PALETTE, opacity: float = 0.22) -> None:
+    def section(self, *regions) -> None:
         """Fill plane figures in the arm's (r, z) plane, mm; they turn with joint 1. `section()` removes them.
 
         Each region is an outline (N, 2), or a pair (outline, list of holes).
@@ -186,8 +177,7 @@ class View(Scene):
         with self.channel.batch():
             self.channel.delete(_SECTION)
             if regions:
-                colours = [colours[k % len(colours)] for k in range(len(regions))]
-                self.channel.draw(_SECTION, annotations.regions(regions, colours, opacity))
+                self.channel.draw(_SECTION, annotations.regions(regions))
                 self.channel.place(_SECTION, _upright(self._q[0]))
                 outlines = [region[0] if isinstance(region, tuple) else region for region in regions]
                 self._step_back(1e-3 * np.concatenate([np.asarray(outline)[:, 1] for outline in outlines]))
@@ -205,18 +195,6 @@ class View(Scene):
         The scene itself computes it, by the generated Jacobian: it follows sliders, drags, animations. 0 hides it.
         """
         self.channel.set("/meshcat/arm", "ellipse", as_number(seconds, "seconds", "a time in s", low=0.0))
-
-    def clear(self) -> None:
-        """Remove all that was added: frames, ghosts, ellipse, target, trail, paths, section and marks."""
-        with self.channel.batch():
-            self.frames()
-            self.velocity_ellipse(0)
-            self.ghosts([])
-            self.section()
-            self.trail(False)
-            self.clear_trail()
-            for name in list(self._notes):
-                self.remove(name)
 
     def animate(self, qs, seconds: float = 4.0, loop: bool = True, *, gripper=None, things=None) -> None:
         """Play the joint values `qs` (N, n), evenly spread over `seconds`; it plays on without Python.
@@ -298,12 +276,6 @@ class View(Scene):
     def _dragged(self, _pose, q) -> None:
         if q is not None:
             self.q = q
-
-    def _ghost(self, k: int, colour) -> Figure:
-        drawings = ghost_drawings(self.geometry, self.chain, annotations.rgb(colour))
-        if k < len(self._ghost_labels) and self._ghost_labels[k]:
-            drawings[len(self.chain)].label(self._ghost_labels[k], (0, -0.5 * self._mark, 0), colour)
-        return Figure(self.channel, f"/meshcat/ghosts/{k}", drawings)
 
     def _stop(self) -> None:
         if self._animated:

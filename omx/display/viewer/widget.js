@@ -56,16 +56,10 @@ function isDark() {
 // ---- a scene: the log of commands, and the frames that show it ---------------------------------------------
 
 class Scene {
-  constructor(night) {
+  constructor() {
     this.seq = -1;
     this.log = new Map();
     this.frames = new Set();
-    // What makes the stage dark, in place of the log's commands of the same kind, path and name.
-    this.night = night?.keys ? split(night, night.data).map((command) => ({ ...command, when: "night" })) : [];
-  }
-
-  all() {
-    return [...this.night, ...this.log.values()];
   }
 
   // A message of the kernel: false if one before it was missed.
@@ -152,7 +146,7 @@ class Frame {
     this.used = live;
     this.waiting.clear();
     live.theme(isDark());
-    live.apply(this.scene.all());
+    live.apply([...this.scene.log.values()]);
     live.extra?.("html", "Save this scene as one HTML file", async () => {
       const page = new Blob([await this.page()], { type: "text/html" });
       live.save("scene.html", URL.createObjectURL(page));
@@ -162,7 +156,7 @@ class Frame {
 
   // The scene as it stands, as a page that needs nothing else; start.js says how it is laid out.
   async page() {
-    const { shell, start } = this.model.get("config"), commands = this.scene.all(), text = new TextEncoder();
+    const { shell, start } = this.model.get("config"), commands = [...this.scene.log.values()], text = new TextEncoder();
     const head = text.encode(JSON.stringify(commands.map(({ bytes, ...key }) => [...Object.values(key), bytes.length])));
     const scene = [new Uint32Array([head.length]), head, ...commands.map(({ bytes }) => bytes)];
     const packed = await new Response(new Blob(scene).stream().pipeThrough(new CompressionStream("gzip"))).blob();
@@ -220,7 +214,7 @@ class Frame {
 function sceneOf(model) {
   const key = model.get("key");
   if (!shared.scenes.has(key)) {
-    const scene = new Scene(model.get("night"));
+    const scene = new Scene();
     shared.scenes.set(key, scene);
     const first = model.get("scene");
     scene.take(first, first.data);

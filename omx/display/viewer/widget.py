@@ -46,13 +46,9 @@ class SceneWidget(anywidget.AnyWidget):
     config = traitlets.Dict().tag(sync=True)
     bundle = traitlets.Instance(ipywidgets.Widget).tag(sync=True, **ipywidgets.widget_serialization)
     scene = traitlets.Dict().tag(sync=True)
-    night = traitlets.Dict().tag(sync=True)
 
-    def __init__(self, channel: Channel, night: Channel, **traits):
-        """`night` holds the commands that make the stage dark, for a page whose theme is."""
+    def __init__(self, channel: Channel, **traits):
         self._channel = channel
-        content, buffers = night.replay()
-        traits["night"] = {**content, "data": buffers[0]}
         super().__init__(key=uuid.uuid4().hex, bundle=bundle(), **traits)
         self.on_drag = None
         channel.attach(self._post)
