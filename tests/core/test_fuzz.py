@@ -117,8 +117,7 @@ SOUND_FOR = {
     "Section.contains": {}, "from_axes": {"points": np.zeros((2, 3))}, "exact_angle": {"value": 1.5},
     "as_geometry": {"value": omx.COURSE}, "wrap": {"angle": t},
     "as_arm": {"value": CHAIN}, "exp_twist": {"q": 0.5}, "as_transform": {"value": np.eye(4)},
-    "trapezoid": {"ramp": 0.2}, "uniform": {"rows": 3}, "stratified": {"rows": 3},
-    "joint_path": {"seconds": [0.3]}, "show": {"name": "A_1"}, "gather": {"expression": sp.sin(t) * sp.cos(u)},
+    "trapezoid": {"ramp": 0.2}, "show": {"name": "A_1"}, "gather": {"expression": sp.sin(t) * sp.cos(u)},
 }  # fmt: skip
 
 
@@ -144,7 +143,7 @@ HELPERS = {
     "as_limits", "as_number", "as_rows", "as_transform", "boundary_loops", "capsules", "clipped", "cpu_count",
     "directions", "distance", "evaluated", "exact_angle", "fill", "gaps", "in_blocks", "in_line", "is_foreign",
     "joints", "limit_violations", "link_matrix", "link_rows", "namespace", "real_points", "shown", "slip_of_unit",
-    "solve_along", "spline", "stacked", "stale", "stratified", "uniform", "usable", "warn_if_stale", "wrap",
+    "solve_along", "stacked", "stale", "usable", "warn_if_stale", "wrap",
 }  # fmt: skip
 METHODS = {
     f"{label}.{name}": getattr(thing, name)
