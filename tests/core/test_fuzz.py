@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 import omx
 from omx import analysis, collision, derive, dh, geometry, kinematics, motion, rotation
 from omx.analysis import accuracy, equivalence, workspace
-from omx.derive import screws, store
+from omx.derive import screws
 from omx.exchange import axes
 from omx.motion import trajectory
 
@@ -168,9 +168,8 @@ ENDS: Counter = Counter()
 
 @pytest.fixture(autouse=True)
 def aside(tmp_path_factory, monkeypatch):
-    """What is written goes nowhere, and is not read by Node each time."""
+    """What is written goes nowhere."""
     monkeypatch.chdir(tmp_path_factory.mktemp("fuzz"))
-    monkeypatch.setattr(store.shutil, "which", lambda name: None)
 
 
 def arguments(data, name, function):
