@@ -98,11 +98,7 @@ _ORDERED, _PLAIN = (tuple, list, Four), {float, int}
 def as_four(value, name: str, wanted: str) -> tuple[float, float, float, float]:
     """Four finite floats, from any one row that `as_rows` takes; `BadInput` otherwise."""
     four = as_four_or_rows(value, name, wanted, many=False)
-    if four.__class__ is tuple:
-        return four
-    if is_foreign(four) and four.ndim == 1:
-        return tuple(as_rows(four, name, 4, wanted, many=False).tolist())
-    raise BadInput(f"`{name}` must be {wanted}, shape (4,); got shape {tuple(four.shape)}.")
+    return four if four.__class__ is tuple else tuple(as_rows(four, name, 4, wanted, many=False).tolist())
 
 
 def as_four_or_rows(value, name: str, wanted: str, many: bool = True):
@@ -144,6 +140,8 @@ def _of_four(array, name: str, wanted: str):
 def as_rows(value, name: str, columns: int, wanted: str, many: bool = True):
     """`value` as a float64 array of shape (..., `columns`), finite throughout; `BadInput` otherwise.
 
+    One row alone, (`columns`,), unless `many`.
+
     What passes, here and through `as_four`: arrays of whole numbers or floats, whatever NumPy makes such an array of
     (pandas, PyTorch), lists and tuples of numbers, nested or not, and an iterator over one row. Numbers may be
     Python's, NumPy's, SymPy's, fractions, decimals. Refused: True and False, strings, None, complex numbers, what is
@@ -153,7 +151,7 @@ def as_rows(value, name: str, columns: int, wanted: str, many: bool = True):
     if isinstance(value, Iterator):
         value = _row(value, columns)
     array = _as_floats(value, expected)
-    if array.ndim == 0 or array.shape[-1] != columns:
+    if array.ndim == 0 or array.shape[-1] != columns or (array.ndim > 1 and not many):
         raise BadInput(f"{expected}; got shape {array.shape}.")
     if array.size == 0:
         raise BadInput(f"{expected}; got an empty batch of shape {array.shape}.")

@@ -152,9 +152,7 @@ class Chain:
 
     def violations(self, q) -> tuple[Violation, ...]:
         """Every joint of `q` (n,) that is outside its limits; empty if all are inside, or there are none."""
-        q = self._as_values(q)
-        if q.ndim != 1:
-            raise BadInput(f"`q` must be one configuration, shape ({len(self)},); got shape {q.shape}.")
+        q = self._as_values(q, many=False)
         prismatic = [row.prismatic for row in self.rows]
         return limit_violations(q.tolist(), self.limits or (), self.names, prismatic=prismatic)
 
@@ -170,8 +168,8 @@ class Chain:
             DHRow(float(row.theta), float(row.d), float(row.a), float(row.alpha), row.prismatic) for row in self.rows
         )
 
-    def _as_values(self, q):
-        return as_rows(q, "q", len(self.rows), f"the joint values of {self.name} in rad (mm where prismatic)")
+    def _as_values(self, q, many: bool = True):
+        return as_rows(q, "q", len(self.rows), f"the joint values of {self.name} in rad (mm where prismatic)", many)
 
     def _is_symbolic(self, q) -> bool:
         entries = [entry for row in self.rows for entry in row.at(0)]

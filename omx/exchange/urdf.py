@@ -29,8 +29,8 @@ from ..geometry import COURSE, Geometry, as_arm
 from ..rotation import from_rpy, to_rpy
 from .axes import PARALLEL, from_axes
 
-#: No file is larger, and no robot has more parts; a number in a file is one that a robot may have (m, rad).
-MOST_BYTES, MOST_PARTS, MOST_DEPTH, MOST_NUMBER = 10_000_000, 10_000, 50, 1e6
+#: No file is larger; a number in a file is one that a robot may have (m, rad).
+MOST_BYTES, MOST_NUMBER = 10_000_000, 1e6
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 MOVING = ("revolute", "continuous", "prismatic")
 
@@ -387,39 +387,16 @@ def _only_tip(into: dict, base: str) -> str:
     return link
 
 
-class _Builder(ElementTree.TreeBuilder):
-    """Elements as usual, so many of them and so deep; no document type, and so no entities."""
-
-    def __init__(self):
-        super().__init__()
-        self.depth = self.parts = 0
-
-    def doctype(self, name, pubid, system):
-        raise BadInput("the file has a DOCTYPE: URDF has none, and it may define entities, so it is not read.")
-
-    def start(self, tag, attrs):
-        self.depth, self.parts = self.depth + 1, self.parts + 1
-        if self.depth > MOST_DEPTH or self.parts > MOST_PARTS:
-            raise BadInput(
-                f"the file has more than {MOST_PARTS} elements, or {MOST_DEPTH} in one another: not a robot."
-            )
-        return super().start(tag, attrs)
-
-    def end(self, tag):
-        self.depth -= 1
-        return super().end(tag)
-
-
 def _tree(described) -> ElementTree.Element:
     if not isinstance(described, str):
         raise BadInput(f"a URDF must be a text; got {shown(described)}.")
     if len(described) > MOST_BYTES:
         raise BadInput(f"the file has more than {MOST_BYTES} bytes: not a robot's description.")
+    if "<!DOCTYPE" in described:
+        raise BadInput("the file has a DOCTYPE: URDF has none, and it may define entities, so it is not read.")
     try:
-        robot = ElementTree.fromstring(described, ElementTree.XMLParser(target=_Builder()))
+        robot = ElementTree.fromstring(described)
     except (ElementTree.ParseError, ValueError) as error:
-        if isinstance(error, BadInput):
-            raise
         raise BadInput(f"the file is not XML: {error}.") from None
     if robot.tag != "robot":
         raise BadInput(f"the file describes a <{robot.tag}>, not a <robot>.")

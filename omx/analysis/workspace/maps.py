@@ -42,15 +42,13 @@ class BranchMap(NamedTuple):
 
 
 def pitch_map(step: float = 10.0, pitches: int = 120, geometry: Geometry = COURSE, limits=LIMITS, *,
-              allowed=None, progress=None) -> PitchMap:  # fmt: skip
+              allowed=None) -> PitchMap:  # fmt: skip
     """The share of legal pitches and the number of branches, at the centre of every cell of side `step` (mm).
 
     `pitches`: how many, evenly spaced over the full turn, are tried. `allowed(q)`, (n, 4) -> booleans (n,), rules out
-    more configurations, for example `omx.analysis.workspace.clear`. `progress(share)`, 0 .. 1, is called now and then.
+    more configurations, for example `omx.analysis.workspace.clear`.
     """
     pitches, limits = as_count(pitches, "pitches", most=100_000), as_limits(limits, 4)
-    _check_function("allowed", allowed)
-    _check_function("progress", progress)
     r, z, inside = section(geometry, limits).fill(step)
     cells = np.argwhere(inside)
     share, branches = np.full(inside.shape, np.nan), np.zeros(inside.shape, dtype=int)
@@ -60,8 +58,6 @@ def pitch_map(step: float = 10.0, pitches: int = 120, geometry: Geometry = COURS
         legal = _legal_branches(r[columns], z[rows], pitches, geometry, limits, allowed)
         share[rows, columns] = (legal > 0).mean(axis=1)
         branches[rows, columns] = legal.max(axis=1)
-        if progress is not None:
-            progress(min((start + some) / len(cells), 1.0))
     return PitchMap(r, z, share, branches)
 
 
@@ -72,7 +68,6 @@ def branch_map(pitch: float, step: float = 5.0, geometry: Geometry = COURSE, lim
     `allowed(q)`, (n, 4) -> booleans (n,), rules out more configurations.
     """
     pitch = as_number(pitch, "pitch", "an angle in rad")
-    _check_function("allowed", allowed)
     r_low, r_high, z_low, z_high = section(geometry, limits).bounds
     r, z = centres(0.0, max(-r_low, r_high), step), centres(z_low, z_high, step)
     poses = np.zeros((len(z), len(r), 4))
@@ -91,14 +86,11 @@ def _legal_branches(r, z, pitches: int, geometry: Geometry, limits, allowed) -> 
     return _ruled(q, legal, allowed).sum(axis=1).reshape(len(r), pitches)
 
 
-def _check_function(name: str, value) -> None:
-    if value is not None and not callable(value):
-        raise BadInput(f"`{name}` must be a function, or None; got {shown(value)}.")
-
-
 def _ruled(q, legal, allowed) -> np.ndarray:
     """`legal`, less what `allowed` forbids."""
     if allowed is not None:
+        if not callable(allowed):
+            raise BadInput(f"`allowed` must be a function, or None; got {shown(allowed)}.")
         legal = legal.copy()
         wanted = np.asarray(allowed(q[legal]))
         if wanted.shape != (int(legal.sum()),) or wanted.dtype.kind != "b":
