@@ -441,14 +441,17 @@ def test_hidden_tests_must_belong_to_an_exercise(book, tmp_path):
         assign(book, tmp_path / "course", tmp_path / "hidden")
 
 
-def test_hidden_tests_are_tried_on_the_solution_and_count(book, sheet, tmp_path):
+def test_hidden_tests_are_tried_on_the_solution_and_count(book, sheet, tmp_path, capsys):
     place, course = tmp_path / "hidden" / NAME, tmp_path / "course"
     place.mkdir(parents=True)
     (place / "exercise-7-2.py").write_text("assert half(2) == 2, 'this is wrong'")
     with pytest.raises(Stop, match=r"Exercise 7.2 .* the book's own solution does not pass: .*this is wrong"):
         assign(book, course, tmp_path / "hidden")
     (place / "exercise-7-2.py").write_text("assert half(np.array([2.0, 4.0])).tolist() == [1, 2]")
+    capsys.readouterr()
     assign(book, course, tmp_path / "hidden")
+    told = capsys.readouterr().out.splitlines()
+    assert len(told) == 3 and all(f"trial {n} of 3" in line for n, line in enumerate(told, 1))
     assert "tolist" not in (course / "release" / f"{NAME}.ipynb").read_text()
     hand_in(course, "plain", normalise.dumps(answered(sheet, _2="def half(x):\n    return float(x) / 2")))
     (row,) = grade(NAME, course)

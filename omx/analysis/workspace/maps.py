@@ -4,6 +4,7 @@
 tells how much choice is left; it is measured on evenly spaced pitches, so a very narrow choice can show as 0.
 """
 
+import warnings
 from typing import NamedTuple
 
 import numpy as np
@@ -16,8 +17,8 @@ from ...geometry import COURSE, Geometry
 from ...kinematics import ik_batch
 from .section import centres, section
 
-#: Poses solved in one go, to bound the memory.
-POSES = 1 << 18
+#: Poses solved in one go, to bound the memory; from how many on a map takes so long that it says so.
+POSES, MANY = 1 << 18, 30_000_000
 
 
 class PitchMap(NamedTuple):
@@ -51,6 +52,9 @@ def pitch_map(step: float = 10.0, pitches: int = 120, geometry: Geometry = COURS
     pitches, limits = as_count(pitches, "pitches", most=100_000), as_limits(limits, 4)
     r, z, inside = section(geometry, limits).fill(step)
     cells = np.argwhere(inside)
+    if len(cells) * pitches > MANY and progress is None:
+        warnings.warn(f"{len(cells) * pitches / 1e6:.0f} million poses are tried, millions a second: `progress=print` "
+                      "says how far it is; a larger step, or fewer pitches, is sooner done.", stacklevel=2)  # fmt: skip
     share, branches = np.full(inside.shape, np.nan), np.zeros(inside.shape, dtype=int)
     some = max(1, POSES // pitches)
     for start in range(0, len(cells), some):
