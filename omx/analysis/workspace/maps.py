@@ -52,9 +52,9 @@ def pitch_map(step: float = 10.0, pitches: int = 120, geometry: Geometry = COURS
     pitches, limits = as_count(pitches, "pitches", most=100_000), as_limits(limits, 4)
     r, z, inside = section(geometry, limits).fill(step)
     cells = np.argwhere(inside)
-    if len(cells) * pitches > MANY and progress is None:
-        warnings.warn(f"{len(cells) * pitches / 1e6:.0f} million poses are tried, millions a second: `progress=print` "
-                      "says how far it is; a larger step, or fewer pitches, is sooner done.", stacklevel=2)  # fmt: skip
+    if (tried := len(cells) * pitches) > MANY:
+        warnings.warn(f"{tried / 1e6:.0f} million poses are tried, a few million a second; a larger step, or fewer "
+                      "pitches, is sooner done.", stacklevel=2)  # fmt: skip
     share, branches = np.full(inside.shape, np.nan), np.zeros(inside.shape, dtype=int)
     some = max(1, POSES // pitches)
     for start in range(0, len(cells), some):
