@@ -10,16 +10,7 @@ import math
 import threading
 from dataclasses import replace
 
-from ...arm import (
-    ARM_IDS,
-    ARRIVED,
-    GRIP_FORCE,
-    GRIPPER_ID,
-    IDLE_S,
-    JOINT_IDS,
-    PARK_SPEED,
-    STALL_TORQUE,
-)
+from ...arm import ARM_IDS, ARRIVED, GRIP_FORCE, GRIPPER_ID, IDLE_S, JOINT_IDS, PARK_SPEED, STALL_TORQUE
 from ...arrays import as_number
 from ...errors import (
     BadInput,
@@ -106,27 +97,23 @@ class Driver:
         """Set every servo up and switch it on where it stands: a limp joint's goal is first what holds it there."""
         self.bus.refuse_if_read_only("switch its motors on")
         self.brake.refuse_if_latched()
-        self.watcher.alone(self._switch_on)
+        with self.watcher.alone():
+            self.halt()  # a joint that lags behind, on less power than it is about to get, would leap
+            self.torque = True  # from the first one on
+            self.watcher.troubles.clear()
+            self.brake.holding, self.mode, self.streamed = True, "position", None
+            self.servos.switch_on(self.rescue.ids)
         for symptom in self.condition.left_behind:
             _log.warning("set back: %s.", symptom)
         self.condition.found.clear()
         self.watcher.begin()
 
-    def _switch_on(self) -> None:
-        self.halt()  # a joint that lags behind, on less power than it is about to get, would leap
-        self.torque = True  # from the first one on
-        self.watcher.troubles.clear()
-        self.brake.holding, self.mode, self.streamed = True, "position", None
-        self.servos.switch_on(self.rescue.ids)
-
     def relax(self) -> None:
         """Torque off: **the arm falls**. Support it first, or `park` instead."""
-        self.watcher.alone(self._switch_off)
-
-    def _switch_off(self) -> None:
-        for_each(self.rescue.ids, lambda servo: self.servos.put(servo, "torque_enable", 0))
-        self.torque, self.streamed = False, None
-        self.push.joints.clear()
+        with self.watcher.alone():
+            for_each(self.rescue.ids, lambda servo: self.servos.put(servo, "torque_enable", 0))
+            self.torque, self.streamed = False, None
+            self.push.joints.clear()
 
     def recover(self) -> list[int]:
         """Reboot each servo that reports a hardware error, and switch on again, where it stands, what has no torque.
@@ -134,14 +121,11 @@ class Driver:
         A servo that reboots is limp for half a second: support the arm. Returns the ids of the servos rebooted.
         """
         self.bus.refuse_if_read_only("restart a servo")
-        faulty = self.watcher.alone(self._recover)
+        with self.watcher.alone():
+            faulty = self.rescue.recover(self.torque)
+            self.torque = any(self.servos.of_joints("torque_enable").values())
+            self.watcher.troubles.clear()
         self.watcher.begin()
-        return faulty
-
-    def _recover(self) -> list[int]:
-        faulty = self.rescue.recover(self.torque)
-        self.torque = any(self.servos.of_joints("torque_enable").values())
-        self.watcher.troubles.clear()
         return faulty
 
     # ---- looking ----
@@ -204,20 +188,19 @@ class Driver:
 
     def _check_torque(self) -> None:
         """A motor that is off although we switched it on: an error, or a restart that nobody noticed."""
-        if self.torque:
-            self.watcher.alone(self._catch_limp)
+        with self.watcher.alone():
+            if self.torque and (off := self.rescue.off()):
+                self._fault()
+                self.rescue.catch(off)
 
-    def _catch_limp(self) -> None:
-        if self.torque and (off := self.rescue.off()):  # another thread may have switched them off meanwhile
-            self._fault()
-            self.rescue.catch(off)
-
-    def _catch_limp_fingers(self) -> None:
-        if not self.torque:
-            raise TorqueOff
-        if not self.servos.get(GRIPPER_ID, "torque_enable"):
-            again(self.bus.check_hardware, [GRIPPER_ID])
-            self.rescue.catch([GRIPPER_ID])
+    def _check_fingers(self) -> None:
+        """The same for the gripper's motor."""
+        with self.watcher.alone():
+            if not self.torque:
+                raise TorqueOff
+            if not self.servos.get(GRIPPER_ID, "torque_enable"):
+                again(self.bus.check_hardware, [GRIPPER_ID])
+                self.rescue.catch([GRIPPER_ID])
 
     # ---- when something is wrong ----
 
@@ -239,7 +222,8 @@ class Driver:
         """Someone did not answer twice: the others hold, and whoever is back after a restart is caught."""
         self.halt()
         if self.torque:
-            self.watcher.alone(self.rescue.find, error)
+            with self.watcher.alone():
+                self.rescue.find(error)
             self._check_torque()
 
     # ---- stopping ----
@@ -281,22 +265,18 @@ class Driver:
 
     def stiffen(self) -> None:
         """Back into position mode, joint by joint."""
-        if self.torque and self.servos.soft:
-            self.watcher.alone(self._stiffen)
-
-    def _stiffen(self) -> None:
-        if self.torque:  # another thread may have switched them off meanwhile
-            self.servos.stiffen()
+        if self.servos.soft:
+            with self.watcher.alone():
+                if self.torque:  # another thread may have switched them off meanwhile
+                    self.servos.stiffen()
 
     def soften(self, servos) -> None:
         """One of the `servos` after the other into the mode with limited current, each holding as it did."""
         self.come_to_rest()
-        self.watcher.alone(self._soften, servos)
-
-    def _soften(self, servos) -> None:
-        if not self.torque:
-            raise TorqueOff
-        self.servos.soften(servos)
+        with self.watcher.alone():
+            if not self.torque:
+                raise TorqueOff
+            self.servos.soften(servos)
 
     def halt(self) -> None:
         """Hold on our own account, once; what fails then does not hide the reason for it."""
@@ -478,7 +458,7 @@ class Driver:
         self.watcher.asked()
         if not self.condition.has_gripper:
             raise NotReady(self.bus.name, ["no gripper: servo 15 does not answer"])
-        self.watcher.alone(self._catch_limp_fingers)
+        self._check_fingers()
         try:
             self.gripper.prepare(force, seconds)
             with self.brake.lock:

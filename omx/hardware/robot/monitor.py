@@ -8,7 +8,7 @@ import logging
 import math
 import threading
 import weakref
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from ...arm import JOINT_IDS
@@ -153,13 +153,13 @@ class Watch:
         with contextlib.suppress(IndexError):  # nothing, or another thread asks at the same moment
             raise self.troubles.pop(0)
 
-    def alone(self, change: Callable, *args):
-        """`change(*args)`, which decides what motors are on: one thread after the other, and no look in between."""
+    @contextlib.contextmanager
+    def alone(self):
+        """For deciding what motors are on: one thread after the other, and no look in between."""
         with self._alone:
-            before = self._busy
+            before, self._busy = self._busy, True
             try:
-                self._busy = True
-                return change(*args)
+                yield
             finally:
                 self._busy = before
 

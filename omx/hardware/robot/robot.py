@@ -19,7 +19,7 @@ from ..dynamixel.bus import Bus
 from ..log import Log, Recorder, read_log
 from ..safety import Guard
 from ..simulator import VirtualArm, VirtualPort
-from . import leader_follower, modes, shutdown, streaming, teaching
+from . import modes, shutdown, streaming, teaching
 from .calibration import as_calibration
 from .discovery import open_bus
 from .driver import Driver, Reading
@@ -302,7 +302,7 @@ class Robot:
         self.driver.arrive(motion.q[0])
         self.follow(motion, rate, each)
 
-    def follow_leader(self, leader, seconds: float, rate: float = 100.0) -> leader_follower.Led:
+    def follow_leader(self, leader, seconds: float, rate: float = 100.0) -> streaming.Led:
         """For `seconds` go where `leader` goes: another `Robot`, or a function that returns four angles (deg).
 
         A leader with relaxed or balanced joints is led by hand. Each step passes the guard; where one is refused the
@@ -315,7 +315,7 @@ class Robot:
         def where():
             return leader.q if isinstance(leader, Robot) else np.radians(as_four(leader(), "leader()", "four numbers"))
 
-        return leader_follower.lead(self.driver, where, seconds, rate)
+        return streaming.lead(self.driver, where, seconds, rate)
 
     def hold(self) -> None:
         """Stop where the arm is, motors on."""

@@ -103,7 +103,7 @@ class Servos:
             self.put_all(MODES, limp)
         for servo in wrong:
             if on[servo]:  # its motor must go off for it: one after the other, so that the others hold
-                self.set_up(servo, "position", on=True)
+                self.set_up(servo)
         self._mend(servos)
         state = again(self.bus.read_block, servos, STATE)
         lifts = self._lifts(state)
@@ -135,8 +135,8 @@ class Servos:
         reverse = drive & reg.DRIVE_REVERSE if servo == GRIPPER_ID else 0
         return reg.DRIVE_TIME_BASED | reverse, reg.MODES[mode]
 
-    def set_up(self, servo: int, mode: str, on: bool) -> None:
-        """One servo: modes, both read back; what others left; profile, read back; goal := present; torque.
+    def set_up(self, servo: int, mode: str = "position") -> None:
+        """One servo: modes, both read back; what others left; profile, read back; goal := present; torque on.
 
         Drive and operating mode live in the EEPROM, which is locked while the torque is on. Only if one of them is
         wrong does the torque go off, for some milliseconds.
@@ -148,8 +148,7 @@ class Servos:
             self.slow(servo)
             if not self.get(servo, "torque_enable"):
                 self._goal_here(servo)
-            if on:
-                self.put(servo, "torque_enable", 1)
+            self.put(servo, "torque_enable", 1)
             (self.soft.discard if mode == "position" else self.soft.add)(servo)
         except BaseException:
             if was_on:
@@ -173,11 +172,11 @@ class Servos:
     def soften(self, servos) -> None:
         """One after the other into the mode with limited current, each holding as it did."""
         for servo in servos:
-            self.set_up(servo, "current_position", on=True)
+            self.set_up(servo, "current_position")
 
     def stiffen(self) -> None:
         """The joints that are not in position mode back into it; what fails is raised when all have been tried."""
-        for_each(sorted(self.soft), lambda servo: self.set_up(servo, "position", on=True))
+        for_each(sorted(self.soft), self.set_up)
 
     def within_limits(self, servo: int, position: int) -> int:
         """`position`, or the nearest that the servo takes as a goal."""

@@ -24,8 +24,7 @@ from ...errors import BadInput
 from ...generated import fk as _fk
 from ...geometry import COURSE, Geometry
 from ...rotation import from_vector
-from .grasp import MU, Grasped
-from .objects import UP, Thing
+from .objects import MU, UP, Grasped, Thing
 
 #: Friction between things and the table.
 MU_TABLE = 0.5
