@@ -10,7 +10,7 @@ import math
 import threading
 from dataclasses import replace
 
-from ...arm import ARM_IDS, ARRIVED, GRIP_FORCE, GRIPPER_ID, IDLE_S, JOINT_IDS, PARK_SPEED, STALL_TORQUE
+from ...arm import ARRIVED, GRIP_FORCE, GRIPPER_ID, IDLE_S, JOINT_IDS, PARK_SPEED, STALL_TORQUE
 from ...arrays import as_number
 from ...errors import (
     BadInput,
@@ -33,7 +33,7 @@ from ..fault_table import judge, registers
 from ..safety import RAMP, Guard
 from . import gate
 from .brake import Brake
-from .discovery import Condition, look_over
+from .discovery import look_over
 from .gripper import Grip, Gripper
 from .monitor import Monitor, Reading, Watch
 from .push_by_current import Pushing
@@ -41,6 +41,8 @@ from .rescue import LOOK_S, Rescue, port_lost
 from .servo_group import HOLD_SLACK, JOINTS, RESTING, Servos
 
 _log = logging.getLogger("omx.robot")
+#: Somebody wants the arm to stand, and its fingers.
+_STOPS = (KeyboardInterrupt, Stopped)
 
 
 class Driver:
@@ -56,15 +58,13 @@ class Driver:
         if idle_s is not None:
             as_number(idle_s, "idle_s", "at least 0.001 s, or None for never", 1e-3, math.inf)
         self.bus, self.guard, self.clock = bus, guard or Guard(), bus.clock
-        self.condition: Condition = look_over(bus)
-        if self.condition.problems:
-            raise NotReady(bus.name, self.condition.problems)
+        self.condition = look_over(bus)
         self.servos = Servos(bus, self.condition.registers, self._pwm(), self.guard.payload_g)
         self.monitor = Monitor(bus, offsets, self.condition.found)
         self.brake = Brake(self.servos, self.monitor)
         self.gripper = Gripper(self.servos)
         self.push = Pushing(self.servos, self.monitor, self.brake)
-        self.rescue = Rescue(self.servos, [servo for servo in ARM_IDS if servo in self.condition.servos])
+        self.rescue = Rescue(self.servos, self.condition.ids)
         self.streamed: tuple[float, ...] | None = None  # the last point of a stream
         self.commanding = threading.RLock()  # from the look at the arm to the goal: two threads must not mix theirs
         self.mode = "position"
@@ -103,8 +103,9 @@ class Driver:
             self.watcher.troubles.clear()
             self.brake.holding, self.mode, self.streamed = True, "position", None
             self.servos.switch_on(self.rescue.ids)
-        for symptom in self.condition.left_behind:
-            _log.warning("set back: %s.", symptom)
+        for one in self.condition.found:
+            if one.mended and one.level != "note":
+                _log.warning("set back: %s.", one.symptom)
         self.condition.found.clear()
         self.watcher.begin()
 
@@ -289,18 +290,18 @@ class Driver:
         if isinstance(error, KeyboardInterrupt):
             self.brake.latch("interrupted")
         self.halt()
-        if isinstance(error, (KeyboardInterrupt, Stopped)):
+        if isinstance(error, _STOPS):
             self._still_fingers()
         if isinstance(error, (BusTimeout, BusCorrupt)):
             with contextlib.suppress(OmxError):
                 self._silence(error)
 
     @contextlib.contextmanager
-    def unbroken(self):
-        """Whatever ends early in here, by an error or an interrupt, makes the arm hold."""
+    def unbroken(self, by=BaseException):
+        """Whatever ends early in here, `by` an error or an interrupt, makes the arm hold."""
         try:
             yield
-        except BaseException as error:
+        except by as error:
             self.broken_off(error)
             raise
 
@@ -456,29 +457,23 @@ class Driver:
         """
         self.brake.refuse_if_latched()
         self.watcher.asked()
-        if not self.condition.has_gripper:
+        if GRIPPER_ID not in self.condition.ids:
             raise NotReady(self.bus.name, ["no gripper: servo 15 does not answer"])
         self._check_fingers()
-        try:
+        with self.unbroken(_STOPS):
             self.gripper.prepare(force, seconds)
             with self.brake.lock:
                 self.brake.refuse_if_latched()
                 self.gripper.close_to(servo_angle, seconds)
                 self.brake.refuse_if_latched()
-        except (KeyboardInterrupt, Stopped) as error:
-            self.broken_off(error)
-            raise
 
     def settle(self) -> Grip:
         """Wait until the fingers stand, and look; raises `Stopped` if somebody stopped them, resumed or not."""
         stops = self.brake.stops
-        try:
+        with self.unbroken(_STOPS):
             found = self.gripper.settle()
             self.brake.refuse_if_latched()
             self.brake.refuse_if_stopped_since(stops)
-        except (KeyboardInterrupt, Stopped) as error:
-            self.broken_off(error)
-            raise
         return found
 
     # ---- small parts ----

@@ -12,12 +12,12 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from ...arm import JOINT_IDS
-from ...errors import NotReady, OmxError, OutOfBounds, Stalled, TooFast
+from ...errors import NotReady, OmxError, Stalled
 from .. import gravity
 from ..dynamixel import registers as reg
 from ..dynamixel.bus import Bus, again
 from ..fault_table import HEALTH, Finding, judge, sentences
-from ..safety import Guard, stalled
+from ..safety import stalled
 from .servo_group import JOINTS
 
 STALL_S = 0.15
@@ -95,17 +95,6 @@ class Monitor:
             if now - since >= STALL_S:
                 self._stall_since = {}
                 return Stalled(joint, reading.current[joint - 1])
-        return None
-
-    def out_of_bounds(self, q, speed, guard: Guard, seconds: float) -> OutOfBounds | None:
-        """Is `speed` (rad/s) above the cap, or will it bring the arm in `seconds` too near a limit or the table?"""
-        fastest = max(map(abs, speed))
-        try:
-            if fastest > guard.speed_cap:
-                raise TooFast(f"q{list(map(abs, speed)).index(fastest) + 1}", fastest, guard.speed_cap, seconds)
-            guard.check([a + v * seconds for a, v in zip(q, speed, strict=True)], q)
-        except OmxError as reason:
-            return OutOfBounds(reason)
         return None
 
     def health_is_due(self) -> bool:

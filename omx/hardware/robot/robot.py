@@ -13,7 +13,7 @@ from ...arrays import as_four, as_number
 from ...dh import Chain, DHRow
 from ...errors import BadInput, OmxError
 from ...geometry import COURSE, Geometry
-from ...kinematics import fk, frames, ik, jacobian, pose, solve_ik
+from ...kinematics import fk, ik, jacobian, pose, solve_ik
 from ..clock import SteppedClock, period, ticks
 from ..dynamixel.bus import Bus
 from ..log import Log, Recorder, read_log
@@ -183,10 +183,6 @@ class Robot:
     def get_jacobian(self, q_deg) -> np.ndarray:
         """The Jacobian (6, 4) at four angles (deg): mm/rad, then rad/rad."""
         return jacobian(np.radians(as_four(q_deg, "q_deg", "four numbers")), self.geometry)
-
-    def get_frames(self, q_deg) -> np.ndarray:
-        """T_0_0 .. T_0_4, (5, 4, 4), mm, at four angles (deg)."""
-        return frames(np.radians(as_four(q_deg, "q_deg", "four numbers")), self.geometry)
 
     # ---- beyond the course ----
 

@@ -156,15 +156,11 @@ class Servos:
             raise
 
     def _choose_modes(self, servo: int, mode: str) -> None:
-        drive = self.get(servo, "drive_mode")
-        wanted = dict(zip(("drive_mode", "operating_mode"), self._wanted(servo, drive, mode), strict=True))
-        if drive == wanted["drive_mode"] and self.get(servo, "operating_mode") == wanted["operating_mode"]:
-            return
-        self.put(servo, "torque_enable", 0)
-        for name, value in wanted.items():
-            self.put(servo, name, value)
-            if (found := self.get(servo, name)) != value:
-                self._not_taken(servo, name, value, found)
+        found = again(self.bus.read_block, [servo], MODES)[servo]
+        wanted = self._wanted(servo, found[0], mode)
+        if found != wanted:
+            self.put(servo, "torque_enable", 0)
+            self.put_all(MODES, {servo: wanted})
 
     def _goal_here(self, servo: int) -> None:
         self.put(servo, "goal_position", self.within_limits(servo, self.get(servo, "present_position")))

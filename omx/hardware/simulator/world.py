@@ -93,14 +93,6 @@ class World:
                 raise BadInput(f"{thing.name!r} would stand where {other.name!r} is.")
         self._things[thing.name] = thing
 
-    def remove(self, name: str) -> Thing:
-        """Take a thing away by hand."""
-        thing = self[name]
-        if thing in (self._held, self._gap):
-            self._held = self._gap = None
-            self.arm.grip(None)
-        return self._things.pop(name)
-
     def film(self) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
         """What was seen since the last film: joints (N, 4) rad, the fingers' travel (N,) mm, a T (N, 4, 4) a thing.
 
