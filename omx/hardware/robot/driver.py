@@ -317,8 +317,8 @@ class Driver:
 
     # ---- moving ----
 
-    def command(self, q, seconds: float | None = None) -> tuple[tuple[float, ...], float]:
-        """Send the joints to `q` (rad) in `seconds`; returns what was sent (rounded to ticks) and the seconds.
+    def command(self, q, seconds: float | None = None) -> tuple[float, ...]:
+        """Send the joints to `q` (rad) in `seconds`; returns what was sent, rounded to ticks.
 
         Without `seconds`, as fast as the speed cap allows; from outside the limits slowly, whatever `seconds` say. An
         arm that moves is brought to rest first. Raises `JointLimit`, `Collision`, `TooFast`, `TorqueOff`, `Stopped`;
@@ -328,7 +328,7 @@ class Driver:
             self.ready("position")
             return self._move(q, seconds, self.guard.speed_cap)
 
-    def _move(self, q, seconds: float | None, cap: float) -> tuple[tuple[float, ...], float]:
+    def _move(self, q, seconds: float | None, cap: float) -> tuple[float, ...]:
         present = self.watch().q
         goal = self.guard.check(q, present)
         asked = gate.seconds(self.guard, present, goal, seconds, cap)
@@ -339,7 +339,7 @@ class Driver:
         if seconds is not None and took > seconds and (outside := gate.outside(self.guard, start)):
             joints = ", ".join(map(str, outside))
             _log.warning("%s: the way back in takes %.1f s instead of %.1f s.", joints, took, seconds)
-        return self.send(goal, took, RAMP), took
+        return self.send(goal, took, RAMP)
 
     def come_to_rest(self) -> tuple[float, ...]:
         """Where the joints' set-points stand (rad), once they do: a servo takes its old speed into a new motion."""
@@ -441,7 +441,7 @@ class Driver:
             with self.unbroken(), self._rescuing():
                 self.check_settings()
                 for goal in gate.way_to_rest(self.guard, self.come_to_rest()):
-                    sent, _ = self._move(goal, None, min(PARK_SPEED, self.guard.speed_cap))
+                    sent = self._move(goal, None, min(PARK_SPEED, self.guard.speed_cap))
                     self.arrive(sent)  # from anywhere else it would fall
                 self.relax()
         finally:

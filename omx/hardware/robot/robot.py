@@ -116,7 +116,7 @@ class Robot:
         Takes the seconds of `write_time`, or as few as the speed cap allows. Refuses what is outside the limits, hits
         the table or the arm itself, or is too fast: then nothing was sent, and the error names what would pass.
         """
-        sent, _ = self.driver.command(np.radians(as_four(q_deg, "q_deg", "four numbers")), self._seconds)
+        sent = self.driver.command(np.radians(as_four(q_deg, "q_deg", "four numbers")), self._seconds)
         return np.degrees(sent)
 
     def get_joints_readings(self) -> np.ndarray:
@@ -196,14 +196,14 @@ class Robot:
 
         Raises `NotArrived` if a joint is not there when the time is over, with the likely cause.
         """
-        sent, _ = self.driver.command(np.radians(as_four(q_deg, "q_deg", "four numbers")), seconds)
+        sent = self.driver.command(np.radians(as_four(q_deg, "q_deg", "four numbers")), seconds)
         return _in_degrees(self.driver.arrive(sent))
 
     def move_to_pose(self, pose_deg, seconds: float | None = None) -> np.ndarray:
         """Go to [x, y, z, pitch] (mm, deg) by the nearest legal branch and wait; returns the reading (3, 4)."""
         target = _task(pose_deg)
         q = solve_ik(target, self.driver.read().q, self.geometry, self.driver.guard.soft_limits)
-        sent, _ = self.driver.command(q.q, seconds)
+        sent = self.driver.command(q.q, seconds)
         return _in_degrees(self.driver.arrive(sent))
 
     def grip(self, force: float = GRIP_FORCE, payload_g: float | None = None, payload_mm: float = 0.0) -> Grip:
@@ -294,8 +294,7 @@ class Robot:
         motion = teaching.trajectory(log, speed)
         teaching.check_speed(self.driver, motion, speed)
         streaming.check_path(self.driver, motion)
-        self.driver.command(motion.q[0])
-        self.driver.arrive(motion.q[0])
+        self.driver.arrive(self.driver.command(motion.q[0]))
         self.follow(motion, rate, each)
 
     def follow_leader(self, leader, seconds: float, rate: float = 100.0) -> streaming.Led:

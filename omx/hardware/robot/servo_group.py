@@ -13,7 +13,7 @@ from ...errors import BusError, ServoRefused
 from ..dynamixel import registers as reg
 from ..dynamixel import units
 from ..dynamixel.bus import Bus, again, for_each
-from ..fault_table import MENDS
+from ..fault_table import GAINS, MENDS
 from ..gravity import sagged
 
 HOLD_S = 0.2
@@ -35,11 +35,7 @@ WATCHDOG = reg.block("bus_watchdog")
 #: How fast a servo turns, where it is, and its own set-point with its speed.
 STATE = reg.block("present_velocity", "present_position", "velocity_trajectory", "position_trajectory")
 #: What is written at every set-up, in blocks of neighbours.
-SETTINGS = (
-    reg.block("position_d_gain", "position_i_gain", "position_p_gain"),
-    reg.block("feedforward_2nd_gain", "feedforward_1st_gain"),
-    WATCHDOG,
-)
+SETTINGS = (*GAINS, WATCHDOG)
 JOINTS = JOINT_IDS
 
 
@@ -145,14 +141,12 @@ class Servos:
         try:
             self._choose_modes(servo, mode)
             self._mend([servo])
-            self.slow(servo)
-            if not self.get(servo, "torque_enable"):
-                self._goal_here(servo)
-            self.put(servo, "torque_enable", 1)
+            self._switch_on_here(servo)
             (self.soft.discard if mode == "position" else self.soft.add)(servo)
         except BaseException:
             if was_on:
-                self._catch(servo)
+                with contextlib.suppress(BusError):
+                    self._switch_on_here(servo)
             raise
 
     def _choose_modes(self, servo: int, mode: str) -> None:
@@ -162,8 +156,11 @@ class Servos:
             self.put(servo, "torque_enable", 0)
             self.put_all(MODES, {servo: wanted})
 
-    def _goal_here(self, servo: int) -> None:
-        self.put(servo, "goal_position", self.within_limits(servo, self.get(servo, "present_position")))
+    def _switch_on_here(self, servo: int) -> None:
+        self.slow(servo)
+        if not self.get(servo, "torque_enable"):
+            self.put(servo, "goal_position", self.within_limits(servo, self.get(servo, "present_position")))
+        self.put(servo, "torque_enable", 1)
 
     def soften(self, servos) -> None:
         """One after the other into the mode with limited current, each holding as it did."""
@@ -182,14 +179,6 @@ class Servos:
         """A profile of `seconds`, read back: 0, its value after a restart, is full speed."""
         total = units.MILLISECONDS.raw(seconds)
         self.put_all(PROFILE, {servo: (total // 4, total)})
-
-    def _catch(self, servo: int) -> None:
-        """Switch a servo on again where it is."""
-        with contextlib.suppress(BusError):
-            if not self.get(servo, "torque_enable"):
-                self.slow(servo)
-                self._goal_here(servo)
-                self.put(servo, "torque_enable", 1)
 
     # ---- moving and standing ----
 
