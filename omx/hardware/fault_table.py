@@ -26,6 +26,11 @@ from .dynamixel import registers as reg
 from .dynamixel import units
 from .dynamixel.bus import Bus, again
 
+#: The gains that hold a position, in blocks of neighbours.
+GAINS = (
+    reg.block("position_d_gain", "position_i_gain", "position_p_gain"),
+    reg.block("feedforward_2nd_gain", "feedforward_1st_gain"),
+)
 #: The registers that the rows judge, in blocks of neighbours: one transaction each, whatever the number of servos.
 BLOCKS = (
     reg.block("return_delay_time", "drive_mode", "operating_mode", "secondary_id"),
@@ -35,8 +40,7 @@ BLOCKS = (
     reg.block("startup_configuration"),
     reg.block("shutdown", "torque_enable"),
     reg.block("hardware_error"),
-    reg.block("position_d_gain", "position_i_gain", "position_p_gain"),
-    reg.block("feedforward_2nd_gain", "feedforward_1st_gain"),
+    *GAINS,
     reg.block("bus_watchdog"),
     reg.block("goal_pwm", "goal_current", "goal_velocity", "profile_acceleration", "profile_velocity", "goal_position"),
     reg.block("present_position", "velocity_trajectory", "position_trajectory", "present_voltage",
@@ -51,8 +55,7 @@ WEAK_PWM = math.ceil(1.1 * HOLDING_TORQUE / STALL_TORQUE * _FULL_PWM)
 PROTECTION = reg.REGISTERS["shutdown"].default
 #: The temperature limit from the factory: the servo gives up there.
 _HOTTEST = reg.REGISTERS["temperature_limit"].default
-_GAINS = (*reg.block("position_d_gain", "position_i_gain", "position_p_gain").registers,
-          *reg.block("feedforward_2nd_gain", "feedforward_1st_gain").registers)  # fmt: skip
+_GAINS = tuple(row for block in GAINS for row in block.registers)
 
 
 class Finding(NamedTuple):

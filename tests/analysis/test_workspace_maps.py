@@ -52,14 +52,12 @@ def test_no_point_is_dexterous(pitch_map):
     assert np.nanmax(pitch_map.share) == pytest.approx(0.38, abs=0.02)
 
 
-def test_a_map_that_takes_a_minute_says_so_and_how_to_look_on():
+def test_a_map_that_takes_a_minute_says_so():
     def stop(_):
         raise KeyboardInterrupt
 
-    with pytest.warns(UserWarning, match=r"146 million .* `progress=print`"), pytest.raises(KeyboardInterrupt):
+    with pytest.warns(UserWarning, match="146 million poses"), pytest.raises(KeyboardInterrupt):
         workspace.pitch_map(step=0.5, allowed=stop)
-    with pytest.raises(KeyboardInterrupt):  # who looks on is told nothing more: a warning is an error in the tests
-        workspace.pitch_map(step=0.5, progress=stop)
 
 
 def test_the_map_is_blank_outside_only(pitch_map):

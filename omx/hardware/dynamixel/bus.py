@@ -11,17 +11,7 @@ from operator import index
 from typing import NamedTuple
 
 from ...arrays import shown
-from ...errors import (
-    BadInput,
-    BusCorrupt,
-    BusError,
-    BusTimeout,
-    PortBusy,
-    PortLost,
-    ReadOnly,
-    ServoFault,
-    ServoRefused,
-)
+from ...errors import BadInput, BusCorrupt, BusError, BusTimeout, PortBusy, PortLost, ReadOnly, ServoFault, ServoRefused
 from . import packet as pk
 from .packet import Instruction as Do
 from .registers import PRESENT, Block, Register, block, hardware_errors, register

@@ -124,15 +124,12 @@ def build_status(servo: int, error: int = 0, params: bytes = b"") -> bytes:
     return _frame(servo, stuff(bytes((Instruction.STATUS, error)) + params))
 
 
-def build_fast_status(answers, length: int | None = None) -> bytes:
+def build_fast_status(answers, length: int) -> bytes:
     """The common answer to a fast read, from (id, error, data) of each servo in turn.
 
     Each servo appends its part and the checksum of everything so far. These packets are never stuffed.
-    `length` is what the header promises, if some servos do not send their part.
+    `length` is what the header promises: that of all parts, also if some servos do not send theirs.
     """
-    answers = list(answers)
-    if length is None:
-        length = 1 + sum(4 + len(data) for _, _, data in answers)
     out = HEADER + bytes((BROADCAST, *words(length), Instruction.STATUS))
     for servo, error, data in answers:
         out += bytes((error, servo)) + data
@@ -150,11 +147,6 @@ class Reader:
 
     def __init__(self):
         self._buffer = b""
-
-    @property
-    def waiting(self) -> bool:
-        """True while a packet has begun and not ended."""
-        return bool(self._buffer)
 
     def clear(self):
         """Forget an unfinished packet."""
@@ -220,9 +212,3 @@ def _take_apart(frame: bytes) -> Packet:
     if len(body) < 2:
         return Packet(servo, body[0], b"", None, False)
     return Packet(servo, body[0], body[2:], body[1], intact)
-
-
-def parse(frame: bytes) -> Packet | None:
-    """The first packet in `frame`, or None."""
-    packets = Reader().feed(frame)
-    return packets[0] if packets else None

@@ -10,16 +10,7 @@ import math
 import threading
 from dataclasses import replace
 
-from ...arm import (
-    ARM_IDS,
-    ARRIVED,
-    GRIP_FORCE,
-    GRIPPER_ID,
-    IDLE_S,
-    JOINT_IDS,
-    PARK_SPEED,
-    STALL_TORQUE,
-)
+from ...arm import ARRIVED, GRIP_FORCE, GRIPPER_ID, IDLE_S, JOINT_IDS, PARK_SPEED, STALL_TORQUE
 from ...arrays import as_number
 from ...errors import (
     BadInput,
@@ -42,7 +33,7 @@ from ..fault_table import judge, registers
 from ..safety import RAMP, Guard
 from . import gate
 from .brake import Brake
-from .discovery import Condition, look_over
+from .discovery import look_over
 from .gripper import Grip, Gripper
 from .monitor import Monitor, Reading, Watch
 from .push_by_current import Pushing
@@ -50,6 +41,8 @@ from .rescue import LOOK_S, Rescue, port_lost
 from .servo_group import HOLD_SLACK, JOINTS, RESTING, Servos
 
 _log = logging.getLogger("omx.robot")
+#: Somebody wants the arm to stand, and its fingers.
+_STOPS = (KeyboardInterrupt, Stopped)
 
 
 class Driver:
@@ -65,15 +58,13 @@ class Driver:
         if idle_s is not None:
             as_number(idle_s, "idle_s", "at least 0.001 s, or None for never", 1e-3, math.inf)
         self.bus, self.guard, self.clock = bus, guard or Guard(), bus.clock
-        self.condition: Condition = look_over(bus)
-        if self.condition.problems:
-            raise NotReady(bus.name, self.condition.problems)
+        self.condition = look_over(bus)
         self.servos = Servos(bus, self.condition.registers, self._pwm(), self.guard.payload_g)
         self.monitor = Monitor(bus, offsets, self.condition.found)
         self.brake = Brake(self.servos, self.monitor)
         self.gripper = Gripper(self.servos)
         self.push = Pushing(self.servos, self.monitor, self.brake)
-        self.rescue = Rescue(self.servos, [servo for servo in ARM_IDS if servo in self.condition.servos])
+        self.rescue = Rescue(self.servos, self.condition.ids)
         self.streamed: tuple[float, ...] | None = None  # the last point of a stream
         self.commanding = threading.RLock()  # from the look at the arm to the goal: two threads must not mix theirs
         self.mode = "position"
@@ -106,27 +97,24 @@ class Driver:
         """Set every servo up and switch it on where it stands: a limp joint's goal is first what holds it there."""
         self.bus.refuse_if_read_only("switch its motors on")
         self.brake.refuse_if_latched()
-        self.watcher.alone(self._switch_on)
-        for symptom in self.condition.left_behind:
-            _log.warning("set back: %s.", symptom)
+        with self.watcher.alone():
+            self.halt()  # a joint that lags behind, on less power than it is about to get, would leap
+            self.torque = True  # from the first one on
+            self.watcher.troubles.clear()
+            self.brake.holding, self.mode, self.streamed = True, "position", None
+            self.servos.switch_on(self.rescue.ids)
+        for one in self.condition.found:
+            if one.mended and one.level != "note":
+                _log.warning("set back: %s.", one.symptom)
         self.condition.found.clear()
         self.watcher.begin()
 
-    def _switch_on(self) -> None:
-        self.halt()  # a joint that lags behind, on less power than it is about to get, would leap
-        self.torque = True  # from the first one on
-        self.watcher.troubles.clear()
-        self.brake.holding, self.mode, self.streamed = True, "position", None
-        self.servos.switch_on(self.rescue.ids)
-
     def relax(self) -> None:
         """Torque off: **the arm falls**. Support it first, or `park` instead."""
-        self.watcher.alone(self._switch_off)
-
-    def _switch_off(self) -> None:
-        for_each(self.rescue.ids, lambda servo: self.servos.put(servo, "torque_enable", 0))
-        self.torque, self.streamed = False, None
-        self.push.joints.clear()
+        with self.watcher.alone():
+            for_each(self.rescue.ids, lambda servo: self.servos.put(servo, "torque_enable", 0))
+            self.torque, self.streamed = False, None
+            self.push.joints.clear()
 
     def recover(self) -> list[int]:
         """Reboot each servo that reports a hardware error, and switch on again, where it stands, what has no torque.
@@ -134,14 +122,11 @@ class Driver:
         A servo that reboots is limp for half a second: support the arm. Returns the ids of the servos rebooted.
         """
         self.bus.refuse_if_read_only("restart a servo")
-        faulty = self.watcher.alone(self._recover)
+        with self.watcher.alone():
+            faulty = self.rescue.recover(self.torque)
+            self.torque = any(self.servos.of_joints("torque_enable").values())
+            self.watcher.troubles.clear()
         self.watcher.begin()
-        return faulty
-
-    def _recover(self) -> list[int]:
-        faulty = self.rescue.recover(self.torque)
-        self.torque = any(self.servos.of_joints("torque_enable").values())
-        self.watcher.troubles.clear()
         return faulty
 
     # ---- looking ----
@@ -204,20 +189,19 @@ class Driver:
 
     def _check_torque(self) -> None:
         """A motor that is off although we switched it on: an error, or a restart that nobody noticed."""
-        if self.torque:
-            self.watcher.alone(self._catch_limp)
+        with self.watcher.alone():
+            if self.torque and (off := self.rescue.off()):
+                self._fault()
+                self.rescue.catch(off)
 
-    def _catch_limp(self) -> None:
-        if self.torque and (off := self.rescue.off()):  # another thread may have switched them off meanwhile
-            self._fault()
-            self.rescue.catch(off)
-
-    def _catch_limp_fingers(self) -> None:
-        if not self.torque:
-            raise TorqueOff
-        if not self.servos.get(GRIPPER_ID, "torque_enable"):
-            again(self.bus.check_hardware, [GRIPPER_ID])
-            self.rescue.catch([GRIPPER_ID])
+    def _check_fingers(self) -> None:
+        """The same for the gripper's motor."""
+        with self.watcher.alone():
+            if not self.torque:
+                raise TorqueOff
+            if not self.servos.get(GRIPPER_ID, "torque_enable"):
+                again(self.bus.check_hardware, [GRIPPER_ID])
+                self.rescue.catch([GRIPPER_ID])
 
     # ---- when something is wrong ----
 
@@ -239,7 +223,8 @@ class Driver:
         """Someone did not answer twice: the others hold, and whoever is back after a restart is caught."""
         self.halt()
         if self.torque:
-            self.watcher.alone(self.rescue.find, error)
+            with self.watcher.alone():
+                self.rescue.find(error)
             self._check_torque()
 
     # ---- stopping ----
@@ -281,22 +266,18 @@ class Driver:
 
     def stiffen(self) -> None:
         """Back into position mode, joint by joint."""
-        if self.torque and self.servos.soft:
-            self.watcher.alone(self._stiffen)
-
-    def _stiffen(self) -> None:
-        if self.torque:  # another thread may have switched them off meanwhile
-            self.servos.stiffen()
+        if self.servos.soft:
+            with self.watcher.alone():
+                if self.torque:  # another thread may have switched them off meanwhile
+                    self.servos.stiffen()
 
     def soften(self, servos) -> None:
         """One of the `servos` after the other into the mode with limited current, each holding as it did."""
         self.come_to_rest()
-        self.watcher.alone(self._soften, servos)
-
-    def _soften(self, servos) -> None:
-        if not self.torque:
-            raise TorqueOff
-        self.servos.soften(servos)
+        with self.watcher.alone():
+            if not self.torque:
+                raise TorqueOff
+            self.servos.soften(servos)
 
     def halt(self) -> None:
         """Hold on our own account, once; what fails then does not hide the reason for it."""
@@ -309,18 +290,18 @@ class Driver:
         if isinstance(error, KeyboardInterrupt):
             self.brake.latch("interrupted")
         self.halt()
-        if isinstance(error, (KeyboardInterrupt, Stopped)):
+        if isinstance(error, _STOPS):
             self._still_fingers()
         if isinstance(error, (BusTimeout, BusCorrupt)):
             with contextlib.suppress(OmxError):
                 self._silence(error)
 
     @contextlib.contextmanager
-    def unbroken(self):
-        """Whatever ends early in here, by an error or an interrupt, makes the arm hold."""
+    def unbroken(self, by=BaseException):
+        """Whatever ends early in here, `by` an error or an interrupt, makes the arm hold."""
         try:
             yield
-        except BaseException as error:
+        except by as error:
             self.broken_off(error)
             raise
 
@@ -336,8 +317,8 @@ class Driver:
 
     # ---- moving ----
 
-    def command(self, q, seconds: float | None = None) -> tuple[tuple[float, ...], float]:
-        """Send the joints to `q` (rad) in `seconds`; returns what was sent (rounded to ticks) and the seconds.
+    def command(self, q, seconds: float | None = None) -> tuple[float, ...]:
+        """Send the joints to `q` (rad) in `seconds`; returns what was sent, rounded to ticks.
 
         Without `seconds`, as fast as the speed cap allows; from outside the limits slowly, whatever `seconds` say. An
         arm that moves is brought to rest first. Raises `JointLimit`, `Collision`, `TooFast`, `TorqueOff`, `Stopped`;
@@ -347,7 +328,7 @@ class Driver:
             self.ready("position")
             return self._move(q, seconds, self.guard.speed_cap)
 
-    def _move(self, q, seconds: float | None, cap: float) -> tuple[tuple[float, ...], float]:
+    def _move(self, q, seconds: float | None, cap: float) -> tuple[float, ...]:
         present = self.watch().q
         goal = self.guard.check(q, present)
         asked = gate.seconds(self.guard, present, goal, seconds, cap)
@@ -358,7 +339,7 @@ class Driver:
         if seconds is not None and took > seconds and (outside := gate.outside(self.guard, start)):
             joints = ", ".join(map(str, outside))
             _log.warning("%s: the way back in takes %.1f s instead of %.1f s.", joints, took, seconds)
-        return self.send(goal, took, RAMP), took
+        return self.send(goal, took, RAMP)
 
     def come_to_rest(self) -> tuple[float, ...]:
         """Where the joints' set-points stand (rad), once they do: a servo takes its old speed into a new motion."""
@@ -460,7 +441,7 @@ class Driver:
             with self.unbroken(), self._rescuing():
                 self.check_settings()
                 for goal in gate.way_to_rest(self.guard, self.come_to_rest()):
-                    sent, _ = self._move(goal, None, min(PARK_SPEED, self.guard.speed_cap))
+                    sent = self._move(goal, None, min(PARK_SPEED, self.guard.speed_cap))
                     self.arrive(sent)  # from anywhere else it would fall
                 self.relax()
         finally:
@@ -477,29 +458,22 @@ class Driver:
         self.brake.refuse_if_latched()
         self.gripper.began = stops = self.brake.stops
         self.watcher.asked()
-        if not self.condition.has_gripper:
+        if GRIPPER_ID not in self.condition.ids:
             raise NotReady(self.bus.name, ["no gripper: servo 15 does not answer"])
-        self.watcher.alone(self._catch_limp_fingers)
-        try:
+        self._check_fingers()
+        with self.unbroken(_STOPS):
             self.gripper.prepare(force, seconds)
             with self.brake.lock:
                 self.brake.refuse_if_stopped_since(stops)
                 self.gripper.close_to(servo_angle, seconds)
                 self.brake.refuse_if_stopped_since(stops)
-        except (KeyboardInterrupt, Stopped) as error:
-            self.broken_off(error)
-            raise
 
     def settle(self) -> Grip:
         """Wait until the fingers stand, and look; raises `Stopped` if somebody stopped them, resumed or not."""
-        began = self.gripper.began
-        try:
+        with self.unbroken(_STOPS):
             found = self.gripper.settle()
             self.brake.refuse_if_latched()
-            self.brake.refuse_if_stopped_since(began)
-        except (KeyboardInterrupt, Stopped) as error:
-            self.broken_off(error)
-            raise
+            self.brake.refuse_if_stopped_since(self.gripper.began)
         return found
 
     # ---- small parts ----

@@ -7,14 +7,7 @@ go on pressing. A position alone would take all the servo has, overload, and dro
 import math
 from typing import NamedTuple
 
-from ...arm import (
-    FINGER_PER_RAD,
-    GRIP_FORCES,
-    GRIP_TORQUE_PER_N,
-    GRIPPER_ID,
-    OPENING_AT_ZERO,
-    TORQUE_PER_MA,
-)
+from ...arm import FINGER_PER_RAD, GRIP_FORCES, GRIP_TORQUE_PER_N, GRIPPER_ID, OPENING_AT_ZERO, TORQUE_PER_MA
 from ...arrays import as_number
 from ...errors import ObjectLost
 from ..dynamixel import registers as reg

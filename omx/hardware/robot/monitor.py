@@ -8,16 +8,16 @@ import logging
 import math
 import threading
 import weakref
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from ...arm import JOINT_IDS
-from ...errors import NotReady, OmxError, OutOfBounds, Stalled, TooFast
+from ...errors import NotReady, OmxError, Stalled
 from .. import gravity
 from ..dynamixel import registers as reg
 from ..dynamixel.bus import Bus, again
 from ..fault_table import HEALTH, Finding, judge, sentences
-from ..safety import Guard, stalled
+from ..safety import stalled
 from .servo_group import JOINTS
 
 STALL_S = 0.15
@@ -97,17 +97,6 @@ class Monitor:
                 return Stalled(joint, reading.current[joint - 1])
         return None
 
-    def out_of_bounds(self, q, speed, guard: Guard, seconds: float) -> OutOfBounds | None:
-        """Is `speed` (rad/s) above the cap, or will it bring the arm in `seconds` too near a limit or the table?"""
-        fastest = max(map(abs, speed))
-        try:
-            if fastest > guard.speed_cap:
-                raise TooFast(f"q{list(map(abs, speed)).index(fastest) + 1}", fastest, guard.speed_cap, seconds)
-            guard.check([a + v * seconds for a, v in zip(q, speed, strict=True)], q)
-        except OmxError as reason:
-            return OutOfBounds(reason)
-        return None
-
     def health_is_due(self) -> bool:
         """Once in `HEALTH_S`: is it time to look at supply and temperature?"""
         if self.bus.clock.now() < self._health_at:
@@ -153,13 +142,13 @@ class Watch:
         with contextlib.suppress(IndexError):  # nothing, or another thread asks at the same moment
             raise self.troubles.pop(0)
 
-    def alone(self, change: Callable, *args):
-        """`change(*args)`, which decides what motors are on: one thread after the other, and no look in between."""
+    @contextlib.contextmanager
+    def alone(self):
+        """For deciding what motors are on: one thread after the other, and no look in between."""
         with self._alone:
-            before = self._busy
+            before, self._busy = self._busy, True
             try:
-                self._busy = True
-                return change(*args)
+                yield
             finally:
                 self._busy = before
 

@@ -39,7 +39,7 @@ class Rescue:
         caught = []
         for servo in servos:
             with contextlib.suppress(BusError):
-                self.servos.set_up(servo, "position", on=True)
+                self.servos.set_up(servo)
                 caught.append(servo)
         raise ServoRestarted(self.bus.name, servos, held=len(caught) == len(servos))
 
@@ -50,9 +50,9 @@ class Rescue:
         for servo in faulty:
             self.bus.reboot(servo)
             self.bus.clock.sleep(0.5)
-            self.servos.set_up(servo, "position", on=True)
+            self.servos.set_up(servo)
         for servo in self.off() if torque else ():
-            self.servos.set_up(servo, "position", on=True)
+            self.servos.set_up(servo)
         return faulty
 
     def check_settings(self) -> None:

@@ -14,8 +14,8 @@ from .. import gravity
 from ..dynamixel import registers as reg
 from .encoder import Encoder
 from .faults import Faults
-from .grasp import Grasped
 from .joint import Joint
+from .objects import Grasped
 from .servo import Servo
 from .servo_chain import Line
 from .world import EVERY

@@ -24,8 +24,7 @@ from ...errors import BadInput
 from ...generated import fk as _fk
 from ...geometry import COURSE, Geometry
 from ...rotation import from_vector
-from .grasp import MU, Grasped
-from .objects import UP, Thing
+from .objects import MU, UP, Grasped, Thing
 
 #: Friction between things and the table.
 MU_TABLE = 0.5
@@ -93,14 +92,6 @@ class World:
             if (other.distances(thing.skin())[0] < 0).any() or (thing.distances(other.skin())[0] < 0).any():
                 raise BadInput(f"{thing.name!r} would stand where {other.name!r} is.")
         self._things[thing.name] = thing
-
-    def remove(self, name: str) -> Thing:
-        """Take a thing away by hand."""
-        thing = self[name]
-        if thing in (self._held, self._gap):
-            self._held = self._gap = None
-            self.arm.grip(None)
-        return self._things.pop(name)
 
     def film(self) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
         """What was seen since the last film: joints (N, 4) rad, the fingers' travel (N,) mm, a T (N, 4, 4) a thing.
