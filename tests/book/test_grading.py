@@ -451,7 +451,8 @@ def test_hidden_tests_are_tried_on_the_solution_and_count(book, sheet, tmp_path,
     capsys.readouterr()
     assign(book, course, tmp_path / "hidden")
     told = capsys.readouterr().out.splitlines()
-    assert len(told) == 3 and all(f"trial {n} of 3" in line for n, line in enumerate(told, 1))
+    assert len(told) == 3
+    assert all(f"trial {n} of 3" in line for n, line in enumerate(told, 1))
     assert "tolist" not in (course / "release" / f"{NAME}.ipynb").read_text()
     hand_in(course, "plain", normalise.dumps(answered(sheet, _2="def half(x):\n    return float(x) / 2")))
     (row,) = grade(NAME, course)
