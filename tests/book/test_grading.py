@@ -413,9 +413,20 @@ def test_points_weights_and_lateness_are_the_courses_own(course, tmp_path):
         os.utime(path, (due + 3600 * hours, due + 3600 * hours))
         assert rules.late(NAME, "bob", path) == (factor, note)
     assert rules.late(NAME, "ada", path) == (1.0, [])
-    (tmp_path / "course.toml").write_text("[wieghts]\n")
-    with pytest.raises(Stop, match=r"course.toml has \[wieghts\]"):
-        gradebook.Rules(tmp_path)
+    key = {"exercises": [{"name": "exercise-7-2"}]}
+    rules.refuse_unknown(key, NAME)
+    rules.refuse_unknown({"exercises": []}, "08-others")
+    for text, sentence in (
+        ("[wieghts]\n", r"has \[wieghts\]"),
+        ('[due]\n"7" = 2026-03-01T12:00:00\n', r'\[due\]: 7 = .* is written "03"'),
+        ("[late]\nper_days = 0.1\n", r"\[late\]: per_days = 0.1 cannot be; it is written per_day = 0.1"),
+        ('[points]\n"7.9" = 2\n', "07 has no exercise 7.9"),
+        ('[days_late]\n"07" = { adda = 0 }\n', "adda is not on the roster"),
+    ):
+        (tmp_path / "course.toml").write_text(text)
+        (tmp_path / "roster.csv").write_text("student\nada\n")
+        with pytest.raises(Stop, match=sentence):
+            gradebook.Rules(tmp_path).refuse_unknown(key, NAME)
 
 
 # ---- handing out -------------------------------------------------------------------------------------------
