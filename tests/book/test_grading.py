@@ -352,6 +352,11 @@ def test_what_lies_in_a_module_from_the_beginning_is_nobodys_doing():
     assert keeper.put_back() == "", "they are those that were there before"
 
 
+def test_what_a_check_says_in_a_loop_is_told_once():
+    said = "for i in range(9):\n    print('Correct: limits.')\n    print('Correct: height.')"
+    assert sandbox.attempt(said, {}, sandbox.Keeper(), False) == ("", "Correct: limits. Correct: height.")
+
+
 def test_odd_files_get_their_mark_or_a_sentence(course):
     found = rows(course)
     assert found["browser"]["marks"] == found["renamed"]["marks"] == found["windows"]["marks"] == "3"
