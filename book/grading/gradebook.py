@@ -138,7 +138,7 @@ def write(path, rows):
 def shown(value):
     if isinstance(value, (int, float)):
         return number(value)
-    return f"'{value}" if str(value)[:1] in "=+-@\t\r" and value else value
+    return f"'{value}" if len(value) > 1 and value[0] in "=+-@\t\r" else value  # a lone `-` is Moodle's blank
 
 
 def totals(course):

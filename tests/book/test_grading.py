@@ -394,7 +394,8 @@ def test_totals_go_into_tables_for_moodle_and_canvas(course):
         assert path.exists()
     assert rows(course, "marks.csv")["one-criterion"] == {"student": "one-criterion", NAME: "2.5", "total (%)": "83.3"}
     assert rows(course, "marks.csv")["absent"][NAME] == ""
-    assert rows(course, "moodle.csv", "Email address")["right@uni.example"][NAME] == "3"
+    moodle = rows(course, "moodle.csv", "Email address")
+    assert (moodle["right@uni.example"][NAME], moodle["absent@uni.example"][NAME]) == ("3", "-")
     canvas = rows(course, "canvas.csv", "SIS Login ID")
     assert canvas["right"]["Student"] == "'=Name of right", "a spreadsheet must not take a name for a formula"
     assert canvas[""][NAME] == "3"
