@@ -138,7 +138,8 @@ def write(path, rows):
 def shown(value):
     if isinstance(value, (int, float)):
         return number(value)
-    return f"'{value}" if len(value) > 1 and value[0] in "=+-@\t\r" else value  # a lone `-` is Moodle's blank
+    text = value or ""
+    return f"'{text}" if len(text) > 1 and text[0] in "=+-@\t\r" else text  # a lone `-` is Moodle's blank
 
 
 def totals(course):
