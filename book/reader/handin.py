@@ -28,8 +28,9 @@ HAND_IN = WORK / "hand-in"
 REAL_PORT = re.compile(r"/dev/|\bCOM\d")
 MATHS = re.compile(r"\\\((.+?)\\\)|\\\[(.+?)\\\]", re.S)
 IN_WORDS = "in words, for your teacher"  # an exercise without a check
-MARKS = {True: "\u2713", False: "\u2717", None: "\u2013", IN_WORDS: "\u270e"}
-WORDS = {True: "passed", False: "not yet", None: "not checked", IN_WORDS: IN_WORDS}
+THERE = "there, to be marked"  # one whose check stays with the teacher
+MARKS = {True: "\u2713", False: "\u2717", None: "\u2013", IN_WORDS: "\u270e", THERE: "\u270e"}
+WORDS = {True: "passed", False: "not yet", None: "not checked", IN_WORDS: IN_WORDS, THERE: THERE}
 
 
 def write(path, target, run=True):
@@ -54,19 +55,24 @@ def executed(path):
 
 
 def results_of(cells):
-    """(exercise, passed) in order; an exercise has passed when all its checks have."""
+    """(exercise, passed) in order; an exercise has passed when all its checks have, or is one of the words above."""
     found = []
     for cell in cells:
         if "exercise" in tags(cell):
             found.append([title(source(cell)), []])
         elif "check" in tags(cell) and found:
-            found[-1][1].append(passed(cell) if cell.get("outputs") else None)
-    return [(name, (None if None in checks else all(checks)) if checks else IN_WORDS) for name, checks in found]
+            found[-1][1].append(result(cell))
+    return [(name, next((kind for kind in (None, False, THERE) if kind in checks), True) if checks else IN_WORDS)
+            for name, checks in found]  # fmt: skip
 
 
-def passed(cell):
-    """Does the run of a cell hold the outputs of a check that found nothing wrong?"""
-    return bool(cell["outputs"]) and not any(output["output_type"] == "error" for output in cell["outputs"])
+def result(check):
+    """What the run of a check's cell says: passed or not, `THERE`, or None where it was not run."""
+    if not check.get("outputs"):
+        return None
+    if any(output["output_type"] == "error" for output in check["outputs"]):
+        return False
+    return THERE if source(check).startswith("check.handed_in(") else True
 
 
 def page(notebook, path, results, is_run):
@@ -82,6 +88,8 @@ def page(notebook, path, results, is_run):
     how = "run from top to bottom" if is_run else "as it was saved, not run again"
     when = datetime.datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z")
     count = f"{sum(checked)} of {len(checked)} exercises pass their checks"
+    if to_mark := sum(result == THERE for _, result in results):
+        count += f"; {to_mark} more {'is' if to_mark == 1 else 'are'} there, to be marked"
     about = f"<p>{html.escape(path.name)}, {how}, {when}. {count}.</p>"
     body = "\n".join(f'<section class="cell">{piece}</section>' for cell in cells if (piece := shown(cell)))
     template = (ROOT / "book" / "templates" / "handin.html").read_text(encoding="utf-8")

@@ -221,7 +221,7 @@
     let best = kept;
     while (best > least && !good(best)) best--;
     if (!good(best)) best = isResult(kept) ? kept : evenly(atoms, kept, shares);
-    if (isFirstRow(atoms, best) && enough(best - 1)) best--;
+    if (isFirstRow(atoms, best)) best = beforeTable(atoms, best - 1) || best;
     while (kept > best) move();
     fits(section, true);
     return rest;
@@ -229,9 +229,12 @@
   const heads = (node) => node.matches("h1, h2, h3, .title");
   const leads = (node, next) => (node.matches("p, blockquote.lead") && !next.matches("p")) || (node.matches(".code") && !next.matches("p"));
   const isOne = (node, next) => (node.matches(".part") && next.matches(".part") && node.tagName === next.tagName);
-  // Is what stands before a break one row of a table, behind words that do not announce it? It goes along with the others.
-  const isFirstRow = (atoms, i) => atoms[i - 1].matches("table") && isOne(atoms[i - 1], atoms[i]) &&
-    i > 1 && atoms[i - 2].matches("p") && !atoms[i - 2].textContent.trim().endsWith(":");
+  // One row of a table is none: it goes along with the others, and so does what announces it, if that leaves something.
+  const isFirstRow = (atoms, i) => i > 1 && isOne(atoms[i - 1], atoms[i]) && atoms[i - 1].matches("table") && !atoms[i - 2].matches("table");
+  function beforeTable(atoms, i) {
+    while (i > 0 && atoms[i - 1].matches("p") && atoms[i - 1].textContent.trim().endsWith(":")) i--;
+    return atoms.slice(0, i).every(heads) ? 0 : i;
+  }
   // Where a break is in the middle of a list, both halves get as much.
   function evenly(atoms, kept, heights) {
     let [start, end] = [kept, kept];

@@ -400,6 +400,15 @@ def test_an_answer_in_words_waits_for_a_teacher():
     assert handin.results_of(cells) == [("Exercise 7.2 · In your own words", handin.IN_WORDS)]
 
 
+def test_an_answer_whose_check_stays_with_the_teacher_has_not_passed(tmp_path):
+    exercise = markdown("### Exercise 7.1 · Half", tags=["exercise"])
+    thin = code("check.handed_in(half=half)", tags=["check"])
+    cells = [code("from omx import check\nhalf = 7"), exercise, thin]
+    results, page = handed_in(tmp_path, cells)
+    assert results == [("Exercise 7.1 · Half", handin.THERE)]
+    assert "0 of 0 exercises pass their checks; 1 more is there, to be marked" in page
+
+
 def test_a_notebook_that_drives_a_real_arm_is_not_run_again(tmp_path):
     told = {"output_type": "stream", "name": "stdout", "text": "moved\n"}
     port = code("port = '/dev/ttyUSB0'\nprint('moved again')", outputs=[told])
