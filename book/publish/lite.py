@@ -75,6 +75,8 @@ UNUSED = re.compile(
     r"|_ssl\.so"
 )
 IMPORTS = {"u-msgpack-python": "umsgpack", "pyserial": "serial"}
+#: A link to a page that lies with the site alone; its words stay.
+FOR_TEACHERS = re.compile(r"\[([^\]]+)\]\(\.\./book/\w+/[^)]+\)")
 #: The kernel asks no package index; what is not among these files is missing.
 KERNEL = "@jupyterlite/pyodide-kernel-extension:kernel"
 SETTINGS = {"pyodideUrl": "./static/pyodide/begin.js", "disablePyPIFallback": True}
@@ -188,8 +190,11 @@ def lay_out_chapters(folder, solutions=False):
     for path in runs.chapters():
         notebook = read(path) if solutions else with_outputs(student_copy(read(path)), read(path))
         where = {"cell_type": "markdown", "id": "where", "metadata": {}, "source": WHERE}
-        for cell in filter(cells.is_code, notebook["cells"]):
-            cell["outputs"] = [joined(output) for output in cell["outputs"]]
+        for cell in notebook["cells"]:
+            if cells.is_code(cell):
+                cell["outputs"] = [joined(output) for output in cell["outputs"]]
+            else:
+                cell["source"] = FOR_TEACHERS.sub(r"\1", cells.source(cell))
         write(folder / path.name, {**notebook, "cells": [where, *notebook["cells"]]})
 
 
