@@ -173,14 +173,14 @@ class Panel(ipywidgets.VBox):
 
 
 def slider_row(name: str, low: float, high: float, value: float, unit: str, step: float = 1.0):
-    """A slider in `unit` and the row that shows its limits; arrow keys move it by `step`."""
+    """A slider in `unit` and the row that shows its limits, on a phone below it; arrow keys move it by `step`."""
     slider = ipywidgets.FloatSlider(
         value=min(max(value, low), high), min=low, max=high, step=step, description=name, readout_format=".1f",
         layout=ipywidgets.Layout(width="340px"), style={"description_width": "48px"},
     )  # fmt: skip
     room = ipywidgets.Layout(min_width="120px", flex="0 0 auto")
     limits = ipywidgets.Label(f"{_plain(low)} to {_plain(high)} {unit}", layout=room)
-    return slider, ipywidgets.HBox([slider, limits])
+    return slider, ipywidgets.HBox([slider, limits], layout=ipywidgets.Layout(flex_flow="row wrap"))
 
 
 def side_by_side(*children):

@@ -449,6 +449,7 @@
 
   const note = document.createElement("p"), said = document.createElement("p");
   note.id = "omx-note";
+  note.hidden = true; // until it has words
   note.setAttribute("aria-hidden", "true"); // the sentence says it, too
   said.id = "omx-words";
   document.body.append(note, said);
