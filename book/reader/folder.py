@@ -131,9 +131,8 @@ def keep(path, folder):
 def read(path):
     """The notebook, or None where there is none that can be read."""
     try:
-        notebook = normalise.read(path)
-        return notebook if isinstance(notebook["cells"], list) else None
-    except (OSError, ValueError, KeyError, TypeError):
+        return normalise.read(path)
+    except (OSError, normalise.Damaged):
         return None
 
 
