@@ -11,7 +11,6 @@ one. Normalising twice changes nothing.
 import argparse
 import hashlib
 import json
-import os
 import re
 import sys
 from pathlib import Path
@@ -19,7 +18,7 @@ from pathlib import Path
 from book.chapters.cells import default_slide_type, slide_type, text_of
 from book.setup import names
 from book.setup.paths import NOTEBOOKS as NOTEBOOKS  # the tools that read chapters take it from here
-from book.setup.paths import WORK, Stop, in_a_sentence
+from book.setup.paths import WORK, Stop, in_a_sentence, whole
 
 KERNELSPEC = {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"}
 LANGUAGE = {
@@ -173,11 +172,10 @@ def read(path):
 def write(path, notebook):
     """Write the notebook whole or not at all; True when the file changed."""
     path, text = Path(path), dumps(notebook)
-    if path.exists() and path.read_text(encoding="utf-8") == text:
+    if path.exists() and path.read_bytes() == text.encode():
         return False
-    partial = path.with_name(path.name + ".part")
-    partial.write_text(text, encoding="utf-8", newline="\n")
-    os.replace(partial, path)
+    with whole(path) as partial:
+        partial.write_text(text, encoding="utf-8", newline="\n")
     return True
 
 

@@ -1,6 +1,7 @@
 """Where the book's environment is, and whether it is ready. Standard library only, imported at every start."""
 
 import contextlib
+import errno
 import functools
 import hashlib
 import os
@@ -30,22 +31,41 @@ UNWANTED_VARIABLES = (
 )
 
 
+FULL = (errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC))
+
+
 class Stop(Exception):
     """Set-up or launch cannot go on; the message is the one sentence that the user sees."""
 
 
 def in_a_sentence(main):
-    """A tool's `main` that ends with the sentence of a `Stop` or an OSError and the status 1, not a traceback."""
+    """A tool's `main` that ends with a sentence for a `Stop` or an OSError and the status 1, not a traceback."""
 
     @functools.wraps(main)
     def told(*arguments):
         try:
             return main(*arguments) or 0
         except (Stop, OSError) as error:
-            print(f"run.py: {error}", file=sys.stderr)
+            is_full = isinstance(error, OSError) and error.errno in FULL
+            print(
+                f"run.py: {'The disk is full; make room and type the same again.' if is_full else error}",
+                file=sys.stderr,
+            )
             return 1
 
     return told
+
+
+@contextlib.contextmanager
+def whole(path):
+    """A path to write to, which takes the place of `path` then; where writing fails nothing of it is left."""
+    partial = path.with_name(path.name + ".part")
+    try:
+        yield partial
+        os.replace(partial, path)
+    finally:
+        with contextlib.suppress(OSError):
+            partial.unlink(missing_ok=True)
 
 
 def fingerprint():

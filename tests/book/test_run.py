@@ -1,6 +1,7 @@
 """The launcher, tried on copies of itself with an environment of one tiny package, without any network."""
 
 import ast
+import errno
 import hashlib
 import importlib
 import importlib.util
@@ -509,6 +510,21 @@ def test_full_disk_while_the_environment_is_made(clone):
     full = "import errno, venv\ndef full(*_): raise OSError(errno.ENOSPC, 'No space left on device')\n"
     done = clone.run("test", before=full + "venv.EnvBuilder.create = full")
     assert "The disk is full" in one_sentence(done)
+
+
+def test_a_file_for_which_there_is_no_room_stays_as_it_was(tmp_path, capsys):
+    target = tmp_path / "mine.txt"
+    target.write_text("mine")
+
+    @paths.in_a_sentence
+    def tool():
+        with paths.whole(target) as partial:
+            partial.write_text("half of the n")
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+    assert tool() == 1
+    assert capsys.readouterr().err == "run.py: The disk is full; make room and type the same again.\n"
+    assert [path.read_text() for path in tmp_path.iterdir()] == ["mine"]
 
 
 def test_read_only_folder(clone):
