@@ -30,7 +30,7 @@ UNWANTED_VARIABLES = (
     "JUPYTER_PREFER_ENV_PATH",
 )
 
-
+# No room: on the disk, or in the share of it that a user, or a file, may take.
 FULL = (errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC))
 
 
@@ -45,15 +45,29 @@ def in_a_sentence(main):
     def told(*arguments):
         try:
             return main(*arguments) or 0
-        except (Stop, OSError) as error:
-            is_full = isinstance(error, OSError) and error.errno in FULL
-            print(
-                f"run.py: {'The disk is full; make room and type the same again.' if is_full else error}",
-                file=sys.stderr,
-            )
-            return 1
+        except Stop as stop:
+            said = stop
+        except OSError as error:
+            said = in_words(error)
+        print(f"run.py: {said}", file=sys.stderr)
+        return 1
 
     return told
+
+
+def in_words(error):
+    """What an OSError of a tool means for who typed it."""
+    if error.errno in FULL:
+        return "The disk is full; make room and type the same again."
+    if error.filename is None:
+        return error
+    if error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
+        return (
+            f"{error.filename} cannot be opened ({error.strerror}): type this as its owner, or in a copy of your own."
+        )
+    if error.errno in (errno.EEXIST, errno.ENOTDIR, errno.EISDIR):
+        return f"{error.filename} is in the way ({error.strerror}): move it elsewhere and type the same again."
+    return error
 
 
 @contextlib.contextmanager
@@ -123,9 +137,9 @@ def child_environment():
     return {**kept, **home, "VIRTUAL_ENV": str(VENV)}
 
 
-def has_home():
+def has_home(home="~"):
     """Is there a home folder that can be written? Jupyter and the installers keep their settings in it."""
-    home = os.path.expanduser("~")
+    home = os.path.expanduser(home)
     return os.path.isdir(home) and os.access(home, os.W_OK)
 
 
