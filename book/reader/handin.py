@@ -21,7 +21,7 @@ from book.chapters.cells import headings, is_code, source, tags
 from book.chapters.student import title
 from book.publish import markup, page_scripts, pages
 from book.setup import names
-from book.setup.paths import ROOT, WORK, Stop
+from book.setup.paths import ROOT, WORK, Stop, in_a_sentence, whole
 from omx.display.viewer.html_export import write_site_script
 
 HAND_IN = WORK / "hand-in"
@@ -41,9 +41,8 @@ def write(path, target, run=True):
         notebook = executed(path)
     results = results_of(notebook["cells"])
     target.parent.mkdir(parents=True, exist_ok=True)
-    partial = target.with_name(target.name + ".part")
-    partial.write_text(page(notebook, path, results, is_run), encoding="utf-8", newline="\n")
-    os.replace(partial, target)
+    with whole(target) as partial:
+        partial.write_text(page(notebook, path, results, is_run), encoding="utf-8", newline="\n")
     return results
 
 
@@ -144,6 +143,7 @@ def scripts():
     return "\n".join(f"<script>{part}</script>" for part in safe)
 
 
+@in_a_sentence
 def main(argv=None):
     parser = argparse.ArgumentParser("python run.py handin", description=__doc__.split("\n")[0])
     parser.add_argument("chapters", nargs="+", metavar="chapter", help="such as 03; one of yours, in work/")
@@ -160,7 +160,7 @@ def main(argv=None):
                 print(f"{MARKS[result]} {exercise}: {WORDS[result]}")
             saved = datetime.datetime.fromtimestamp(path.stat().st_mtime)
             print(f"Hand in this file: {target} (your work as saved {saved:%d %B, %H:%M}; save again to add to it)")
-    except (Stop, execute.Failed, OSError, nbformat.ValidationError) as error:
+    except (execute.Failed, nbformat.ValidationError) as error:
         print(f"run.py: {error}", file=sys.stderr)
         return 1
     return 0

@@ -11,7 +11,8 @@ from urllib.parse import quote
 
 from book.reader import folder
 from book.setup import names
-from book.setup.paths import NOTEBOOKS, ROOT, WINDOWS, WORK, Stop, in_a_sentence
+from book.setup.file_lock import one_at_a_time
+from book.setup.paths import ENVIRONMENT, NOTEBOOKS, ROOT, WINDOWS, WORK, Stop, in_a_sentence
 
 #: JupyterLab's short options that say the same as one of ours.
 LONG = {
@@ -100,7 +101,8 @@ def main(arguments):
         from jupyterlab.labapp import main as lab
 
         return lab(argv=arguments)
-    waiting = [] if "--author" in arguments else folder.prepare()
+    with one_at_a_time(ENVIRONMENT):  # another terminal may do the same
+        waiting = [] if "--author" in arguments else folder.prepare()
     _, taken = command_line(arguments)
     if waiting:
         numbers = ", ".join(name[:2] for name in waiting)

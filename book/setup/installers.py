@@ -8,7 +8,7 @@ import subprocess
 import sys
 
 from book.setup import settings
-from book.setup.paths import PYTHON, ROOT, VENV, WINDOWS, Stop, child_environment
+from book.setup.paths import FULL, PYTHON, ROOT, VENV, WINDOWS, Stop, child_environment
 
 LOG = VENV / "set-up.log"
 #: In a student's edition: the system that the packages beside it were made for.
@@ -138,7 +138,7 @@ def ask(*arguments):
 
 def explain(error):
     """One sentence for an OSError during set-up."""
-    if error.errno in (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)):
+    if error.errno in FULL:
         return disk_full()
     if error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
         return (

@@ -32,10 +32,10 @@
     }
   };
 
-  // Code a little too wide for the column gets a little smaller type; on a phone it scrolls.
+  // Code, or a formula, a little too wide for the column gets a little smaller type; on a phone it scrolls.
   const SMALLEST = 0.83;
   const narrow = () => {
-    for (const block of document.querySelectorAll("div.cell_input pre, div.cell_output pre")) {
+    for (const block of document.querySelectorAll("div.cell_input pre, div.cell_output pre, div.math")) {
       block.style.fontSize = "";
       const { paddingLeft, paddingRight, fontSize } = getComputedStyle(block);
       const padding = parseFloat(paddingLeft) + parseFloat(paddingRight);

@@ -139,6 +139,8 @@ def test_a_copy_of_the_book_elsewhere_hands_over_its_answers(book, tmp_path):
     assert source(solution_of(new / "08-more.ipynb")) == ANSWER, "what was done here stays"
     assert "another remark" in texts(new / "earlier" / "08-more-1.ipynb")
     assert (new / "mine.py").read_text() == "x = 1"
+    with pytest.raises(Stop, match="is this copy of the book itself"):
+        folder.take_along(work, work)
     with pytest.raises(Stop, match="holds no folder `work`"):
         folder.take_along(tmp_path / "nowhere", new)
 

@@ -1,6 +1,7 @@
 """The launcher, tried on copies of itself with an environment of one tiny package, without any network."""
 
 import ast
+import errno
 import hashlib
 import importlib
 import importlib.util
@@ -447,6 +448,14 @@ def test_a_list_that_nobody_reads_ends_without_a_traceback(clone, where, said):
 
 
 @pytest.mark.skipif(paths.WINDOWS, reason="Windows has a profile instead of HOME")
+def test_where_nothing_can_be_written_a_folder_is_asked_for(clone):
+    assert clone.run("test").returncode == 0
+    (clone.root / ".venv" / "home").touch()
+    done = clone.run("test", HOME=str(clone.root / "missing"))
+    assert "let HOME name a folder that can" in one_sentence(done)
+
+
+@pytest.mark.skipif(paths.WINDOWS, reason="Windows has a profile instead of HOME")
 @pytest.mark.parametrize("home", ["missing", "a file"])
 def test_without_a_home_folder_there_is_one_in_the_environment(clone, tmp_path, home):
     (tmp_path / "a file").touch()
@@ -509,6 +518,40 @@ def test_full_disk_while_the_environment_is_made(clone):
     full = "import errno, venv\ndef full(*_): raise OSError(errno.ENOSPC, 'No space left on device')\n"
     done = clone.run("test", before=full + "venv.EnvBuilder.create = full")
     assert "The disk is full" in one_sentence(done)
+
+
+def test_a_file_for_which_there_is_no_room_stays_as_it_was(tmp_path, capsys):
+    target = tmp_path / "mine.txt"
+    target.write_text("mine")
+
+    @paths.in_a_sentence
+    def tool():
+        with paths.whole(target) as partial:
+            partial.write_text("half of the n")
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+    assert tool() == 1
+    assert capsys.readouterr().err == "run.py: The disk is full; make room and type the same again.\n"
+    assert [path.read_text() for path in tmp_path.iterdir()] == ["mine"]
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (PermissionError(errno.EACCES, "Permission denied", "work"), "type this as its owner, or in a copy of your"),
+        (OSError(errno.EROFS, "Read-only file system", "work"), "type this as its owner, or in a copy of your own"),
+        (NotADirectoryError(errno.ENOTDIR, "Not a directory", "work"), "work is in the way"),
+        (OSError(errno.ENOSPC, "No space left on device", "work"), "The disk is full"),
+        (OSError(errno.EADDRINUSE, "Address already in use"), "Address already in use"),
+    ],
+)
+def test_what_the_system_refuses_is_told_with_the_way_out(error, said, capsys):
+    @paths.in_a_sentence
+    def tool():
+        raise error
+
+    assert tool() == 1
+    assert said in capsys.readouterr().err
 
 
 def test_read_only_folder(clone):

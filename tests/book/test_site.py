@@ -257,6 +257,16 @@ def test_a_question_to_predict_stands_in_a_box_whether_it_has_a_heading_or_not(s
     assert box.strip() == "**Predict.** How far?\n::::::"
 
 
+def test_no_line_of_a_page_begins_with_the_full_stop_after_a_formula():
+    formula = '<span class="math notranslate nohighlight">\\(q_1\\)</span>'
+    page = f"<p>{formula}, then {formula} (or {formula}).</p>"
+    joined = site.INLINE.sub(r'<span class="omx-one">\1\2</span>', page)
+    assert joined.count("omx-one") == 2
+    assert f'<span class="omx-one">{formula},</span>' in joined
+    assert f'<span class="omx-one">{formula}).</span>' in joined
+    assert site.INLINE.sub("", joined) == joined, "the next build leaves it as it is"
+
+
 def test_a_robots_panel_says_what_is_missing_on_a_page():
     def shown(plain):
         data = {"text/html": '<div class="omx-panel"></div>', "text/plain": plain}
