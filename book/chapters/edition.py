@@ -41,8 +41,8 @@ STUDENT = BUILD / "student"
 ALONG = (
     "run.py", "environment.txt", "LICENSE", "omx/**/*", "book/__init__.py", "book/setup/**/*", "book/reader/**/*",
     "book/chapters/__init__.py", "book/chapters/generate.py", "book/chapters/execute.py", "book/publish/__init__.py",
-    "book/notation.md", "book/errata.md", "book/glossary.md", "book/bibliography.md", "book/static/arm.png",
-    "book/static/house.css", "book/templates/handin.html",
+    "book/notation.md", "book/errata.md", "book/glossary.md", "book/bibliography.md", "book/files.md",
+    "book/static/arm.png", "book/static/house.css", "book/templates/handin.html",
 )  # fmt: skip
 STAYS = re.compile(
     r"(^|/)(__pycache__|\.ipynb_checkpoints|\.DS_Store)(/|$)|^book/(setup/(lock|extra_envs)|chapters/edition)\.py$"
