@@ -2,7 +2,6 @@
 
 import base64
 import gzip
-import html
 import json
 import re
 import struct
@@ -42,20 +41,8 @@ def embedded(page, name):
     return re.search(rf'<script type="text/plain" id="{name}">([^<]*)</script>', page)[1]
 
 
-def inner_page(frame):
-    return html.unescape(re.search(r'srcdoc="([^"]*)"', frame)[1])
-
-
-def test_a_static_scene_is_a_sandboxed_lazy_frame(view):
-    frame = view.static_html()
-    assert frame.startswith("<iframe ")
-    assert re.findall(r'sandbox="([^"]*)"', frame) == ["allow-scripts allow-downloads"]
-    assert 'loading="lazy"' in frame
-    assert f'title="{html.escape(repr(view))}"' in frame
-
-
 def test_a_static_scene_fetches_nothing(view):
-    page = inner_page(view.static_html())
+    page = view.vis.static_html()
     outside = re.findall(r'(?:src|href|url)\s*[=(]\s*["\']?(?!data:|blob:)(\w+:[^"\')\s]*)', page)
     assert not outside
     assert "import(" not in page
@@ -63,19 +50,20 @@ def test_a_static_scene_fetches_nothing(view):
 
 
 def test_a_static_scene_holds_the_whole_scene_and_the_unmodified_viewer(view):
-    page = inner_page(view.static_html())
+    page = view.vis.static_html()
+    assert page.startswith("<!DOCTYPE html>")
     assert dict(take_apart(embedded(page, "scene"))) == view.channel.log
     source = gzip.decompress(base64.b64decode(embedded(page, "viewer"))).decode()
     assert source.startswith(viewer_source())
 
 
 def test_an_animation_is_in_it(view):
-    keys = [key for key, _ in take_apart(embedded(inner_page(view.static_html()), "scene"))]
+    keys = [key for key, _ in take_apart(embedded(view.vis.static_html(), "scene"))]
     assert ("set_animation", "", "") in keys
 
 
 def test_words_in_a_scene_cannot_end_the_script(view):
-    page = inner_page(view.static_html())
+    page = view.vis.static_html()
     assert page.count("<script") == page.count("</script>") == len(re.findall(r"<script[^>]*>[^<]", page))
 
 
@@ -83,18 +71,12 @@ def test_the_same_scene_gives_the_same_bytes():
     assert View().static_html() == View().static_html()
 
 
-def test_visualizer_static_html_is_a_whole_page(view):
-    page = view.vis.static_html()
-    assert page.startswith("<!DOCTYPE html>")
-    assert dict(take_apart(embedded(page, "scene"))) == view.channel.log
-
-
 # ---- shared by a site ----------------------------------------------------------------------------------
 
 
 def shared(view):
     """The rows of a placeholder's scene, and its objects by name."""
-    placeholder = view.static_html(shared=True)
+    placeholder = view.static_html()
     scene, objects = (re.search(rf'data-{name}="([^"]*)"', placeholder)[1] for name in ("scene", "objects"))
     return take_apart(scene), html_export.unpacked_objects(objects)
 
@@ -124,14 +106,13 @@ def test_a_site_script_is_written_in_place_of_an_old_one(tmp_path):
 # ---- in cells ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("mode", "mark"), [("static", "<iframe"), ("shared", 'class="omx-scene"')])
-def test_a_cell_shows_html_where_a_page_is_built(monkeypatch, mode, mark):
-    monkeypatch.setenv("OMX_VIEW", mode)
+def test_a_cell_shows_html_where_a_page_is_built(monkeypatch):
+    monkeypatch.setenv("OMX_VIEW", "shared")
     view = View()
     data = view._repr_mimebundle_()
     assert set(data) == {"text/plain", "text/html"}
     assert data["text/plain"] == repr(view)
-    assert mark in data["text/html"]
+    assert 'class="omx-scene"' in data["text/html"]
     assert view._widget is None
 
 

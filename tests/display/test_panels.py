@@ -390,8 +390,8 @@ def test_a_panel_shows_a_widget_or_html(kind, monkeypatch):
     panel = kind()
     data = panel._repr_mimebundle_()
     assert data["application/vnd.jupyter.widget-view+json"]["model_id"] == panel.model_id
-    monkeypatch.setenv("OMX_VIEW", "static")
-    assert "<iframe" in kind()._repr_mimebundle_()["text/html"]
+    monkeypatch.setenv("OMX_VIEW", "shared")
+    assert 'class="omx-panel"' in kind()._repr_mimebundle_()["text/html"]
 
 
 def test_numbers_are_written_without_minus_zero():
@@ -436,7 +436,7 @@ def test_a_slider_changes_the_terms_and_a_row_shows_its_frame_beside_those_of_th
     assert view.shown_frames == (0, 3)
     panel._terms.lit = 0
     assert view.shown_frames == (0,)
-    page = panel.static_html(shared=True)
+    page = panel.static_html()
     assert "data-poster" in page
     assert view.shown_frames == (0,), "what the page needs is gone from the notebook's scene"
 

@@ -73,7 +73,8 @@ class BranchPanel(Panel):
         return self._message
 
     def _static_data(self) -> dict:
-        return {"kind": "pose", "sliders": [(name, unit, low, high) for name, (low, high, unit) in self._spans.items()]}
+        sliders = [(name, unit, low, high) for name, (low, high, unit) in self._spans.items()]
+        return {"q": self.q, "kind": "pose", "sliders": sliders}
 
     def _dragged(self, pose, q) -> None:
         """By its handle the tool is asked to a pose; a link that is pulled says where the joints are, and no pose."""

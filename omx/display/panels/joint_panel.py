@@ -68,21 +68,21 @@ class JointPanel(Panel):
         return ipywidgets.HBox(buttons)
 
     def _static_data(self) -> dict:
-        data = {"kind": "joints", **({"section": True} if self.view.has_section else {})}
+        data = {"q": self.q, "kind": "joints", **({"section": True} if self.view.has_section else {})}
         if self._terms is not None:
             data["terms"] = {"words": WORDS, "colours": COLOURS, "table": self._terms.html, "shown": self._shown}
         return data
 
-    def static_html(self, *, shared: bool = False) -> str:
+    def static_html(self) -> str:
         """As every panel's; with `terms` all frames are in the scene, for the page to show."""
         if self._terms is None:
-            return super().static_html(shared=shared)
+            return super().static_html()
         with self.view.channel.batch():
             self.view.frames(*range(len(self.chain) + 1))
             for i in {*range(len(self.chain) + 1)} - {*self._shown}:
                 self.view.channel.set(f"/meshcat/frames/{i}", "visible", False)
             try:
-                return super().static_html(shared=shared)
+                return super().static_html()
             finally:
                 self.view.frames(*self._shown)
 

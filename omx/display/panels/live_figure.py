@@ -71,15 +71,13 @@ class LiveFigure(anywidget.AnyWidget):
         starts = ", ".join(f"{name} {first:g} {unit}".rstrip() for name, unit, _, _, first, _ in self.data["sliders"])
         return f"Live figure: {self.alt}; {starts}"
 
-    def static_html(self, *, shared: bool = False) -> str:
-        """The figure without a kernel: with `shared`, a mark that the site's script fills; otherwise its words."""
-        words = f"<p>{html.escape(repr(self))}</p>"
-        if not shared:
-            return words
-        return f'<div class="omx-panel" data-panel="{html.escape(json.dumps(self.data))}">{words}</div>'
+    def static_html(self) -> str:
+        """The figure without a kernel: its words in a mark that the site's script fills."""
+        data = html.escape(json.dumps(self.data))
+        return f'<div class="omx-panel" data-panel="{data}"><p>{html.escape(repr(self))}</p></div>'
 
     def _repr_mimebundle_(self, **_) -> dict:
-        return mimebundle(None, self)
+        return mimebundle(self)
 
 
 def _slider(label: str, low: float, high: float, first: float, step: float = 1) -> list:

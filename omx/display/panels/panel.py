@@ -9,7 +9,7 @@ import ipywidgets
 from ...arrays import shown
 from ...errors import BadInput
 from ..viewer.channel import running_loop
-from ..viewer.scene import mimebundle
+from ..viewer.scene import Scene, mimebundle
 from ..viewer.view import View
 
 #: Seconds between two commands to whatever `on_command` drives, and between two updates of the numbers.
@@ -60,8 +60,34 @@ class Latest:
         self._action(value)
 
 
-class Panel(ipywidgets.VBox):
-    """A 3-D view above its controls.
+class ViewPanel(ipywidgets.VBox):
+    """Boxes with a 3-D `view` in the first of them, as a cell and a page show it."""
+
+    def __init__(self, view: Scene, children):
+        self.view = view
+        super().__init__(children)
+
+    def _static_data(self) -> dict:
+        """What `panel.js` has to know to make the controls of a page without a kernel."""
+        raise NotImplementedError
+
+    def static_html(self) -> str:
+        """The panel without a kernel: the scene in a mark that the site's script fills with sliders of its own.
+
+        That script moves the arm by the generated formulas in JavaScript.
+        """
+        data = html.escape(json.dumps(self._static_data()))
+        return f'<div class="omx-panel" data-panel="{data}">{self.view.static_html()}</div>'
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}: {self.view!r}"
+
+    def _repr_mimebundle_(self, **_) -> dict:
+        return mimebundle(self)
+
+
+class Panel(ViewPanel):
+    """A view under sliders for its joint values. A panel of its own sets `sliders`, and `chain`, whose limits count.
 
     `on_command(q)` is the panel's one way out: left None, a command moves the arm in the view. Set to a function,
     it gets each commanded q instead, at most 30 a second and always the last; the command is then shown as a
@@ -69,7 +95,6 @@ class Panel(ipywidgets.VBox):
     """
 
     def __init__(self, view: View, controls, q):
-        self.view = view
         self._on_command = None
         view.on_drag = self._dragged
         self._quiet = False
@@ -78,7 +103,7 @@ class Panel(ipywidgets.VBox):
         self._q = view.q
         self._forward = Latest(lambda q: self.on_command and self.on_command(q), COMMAND_INTERVAL)
         self._tell = Latest(lambda _: self._write(), TEXT_INTERVAL, eager=False)  # the arm moves first
-        super().__init__([view.widget, *controls])
+        super().__init__(view, [view.widget, *controls])
         self.q = q
 
     @property
@@ -110,17 +135,6 @@ class Panel(ipywidgets.VBox):
         """Joint values set from outside: command them and let the sliders follow."""
         self._command(q)
         self._set_sliders(q)
-
-    def static_html(self, *, shared: bool = False) -> str:
-        """The panel without a kernel: with `shared`, a mark that the site's script fills with sliders of its own.
-
-        That script moves the arm by the generated formulas in JavaScript. Otherwise the scene alone.
-        """
-        scene = self.view.static_html(shared=shared)
-        if not shared:
-            return scene
-        data = html.escape(json.dumps({"q": self.q, **self._static_data()}))
-        return f'<div class="omx-panel" data-panel="{data}">{scene}</div>'
 
     def _dragged(self, _pose, q) -> None:
         """The reader has dragged the tool in the scene, or pulled a link."""
@@ -164,12 +178,6 @@ class Panel(ipywidgets.VBox):
         if answered:
             self._told.remove(answered)
         return answered is not None
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}: {self.view!r}"
-
-    def _repr_mimebundle_(self, **_) -> dict:
-        return mimebundle(self.view, self)
 
 
 def slider_row(name: str, low: float, high: float, value: float, unit: str, step: float = 1.0):

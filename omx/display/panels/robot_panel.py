@@ -25,9 +25,9 @@ from ...errors import BadInput, Collision, JointLimit, NotReady, OmxError, Servo
 from ...hardware.clock import SteppedClock
 from ...hardware.dynamixel import registers as reg
 from ...hardware.robot.gate import way_to_rest
-from ..viewer.scene import mimebundle
 from ..viewer.view import View
 from .joint_panel import JointPanel
+from .panel import ViewPanel
 
 #: Seconds between two beats of the page, and how long the arm goes on without one.
 BEAT_S, SILENCE_S = 0.1, 0.35
@@ -55,7 +55,7 @@ class HoldButton(anywidget.AnyWidget):
     held = traitlets.Bool(False).tag(sync=True)
 
 
-class RobotPanel(ipywidgets.VBox):
+class RobotPanel(ViewPanel):
     """Joint sliders, motors, speed, hold-to-move, stop, and the state of each servo, for `robot`.
 
     `watch=False` leaves out the thread that looks at the arm ten times a second; `look` does one look.
@@ -80,7 +80,7 @@ class RobotPanel(ipywidgets.VBox):
         self._relax_beat_at = -math.inf
         self._silent_at = math.inf
         self._looks = 0
-        super().__init__([self.joints, *self._controls()])
+        super().__init__(self.joints.view, [self.joints, *self._controls()])
         self.joints.q = start
         for button in (self.hold, self.stop_button, self.resume_button, self.park_button, self.relax_button):
             heard_at_once(button)
@@ -115,15 +115,9 @@ class RobotPanel(ipywidgets.VBox):
         speed = ipywidgets.HBox([self.speed, ipywidgets.Label("deg/s")])
         return [ipywidgets.HBox(buttons), speed, self.message, self.state]
 
-    def __repr__(self) -> str:
-        return f"RobotPanel: {self.joints.view!r}"
-
-    def static_html(self, *, shared: bool = False) -> str:
+    def static_html(self) -> str:
         """The joint sliders alone, as a page without a kernel has no robot."""
-        return self.joints.static_html(shared=shared)
-
-    def _repr_mimebundle_(self, **_) -> dict:
-        return mimebundle(self.joints.view, self)
+        return self.joints.static_html()
 
     # ---- what the buttons do ----
 

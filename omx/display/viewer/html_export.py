@@ -45,21 +45,12 @@ def unpacked_objects(text: str) -> dict[str, bytes]:
     return out
 
 
-def page(channel, config: dict | None = None) -> str:
+def page(channel) -> str:
     """The whole scene as one page that needs nothing else."""
     data = f'<script type="text/plain" id="scene">{scene_data(channel)[0]}</script>'
     viewer = f'<script type="text/plain" id="viewer">{_base64(packed()[1])}</script>'
     start = f"<script>{script('start.js')}</script>"
-    return shell(config or {}).replace("<!--viewer-->", data + viewer + start)
-
-
-def frame(channel, config: dict, height: int, title: str) -> str:
-    """A sandboxed frame that holds `page`: scripts run, but cannot reach the page around it."""
-    style = f"width:100%;height:{height}px;border:0;display:block"
-    return (
-        f'<iframe class="omx-scene" sandbox="allow-scripts allow-downloads" loading="lazy" '
-        f'title="{html.escape(title)}" style="{style}" srcdoc="{html.escape(page(channel, config))}"></iframe>'
-    )
+    return shell({}).replace("<!--viewer-->", data + viewer + start)
 
 
 def placeholder(channel, config: dict, height: int, title: str) -> str:

@@ -4,7 +4,8 @@ import os
 
 import numpy as np
 
-from ...arrays import as_number, as_word
+from ...arrays import as_four, as_number, as_word
+from ...dh import as_transform
 from ...errors import BadInput
 from ..palette import INK, VERMILION
 from . import annotations, environment, html_export
@@ -13,7 +14,7 @@ from .channel import Channel
 from .environment import Camera
 from .threejs import Drawing
 
-#: Set to `static` or `shared`, scenes show themselves as HTML instead of a live widget: see `Scene.static_html`.
+#: Set to `shared`, scenes show themselves as HTML instead of a live widget: see `Scene.static_html`.
 MODE = "OMX_VIEW"
 
 
@@ -101,7 +102,7 @@ class Scene:
         with self.channel.batch():
             for one in things:
                 if one.name in self._notes:
-                    self.channel.place(f"/meshcat/notes/{one.name}", _matrix(one.T))
+                    self.channel.place(f"/meshcat/notes/{one.name}", as_transform(one.T, "T"))
                 else:
                     self._note(one.name, annotations.thing(one.width, one.height, one.round, one.colour), one.T)
 
@@ -139,24 +140,22 @@ class Scene:
             self._widget.on_drag = lambda pose, q: self.on_drag and self.on_drag(pose, q)
         return self._widget
 
-    def static_html(self, *, shared: bool = False) -> str:
-        """The scene as HTML without a kernel: sandboxed, fetching nothing, animated if an animation is set.
+    def static_html(self) -> str:
+        """The scene as HTML without a kernel, animated if an animation is set: a mark of a few kB.
 
-        `shared=True` gives a placeholder of a few kB instead, for pages that load the script of
-        `write_site_script` once.
+        A page that shows it loads the script of `write_site_script` once. For a page that needs nothing else, press
+        `html` in the scene.
         """
-        if not shared:
-            return html_export.frame(self.channel, self._config(), self.height, repr(self))
         return html_export.placeholder(self.channel, self._config(), self.height, repr(self))
 
     def __repr__(self) -> str:
         return "3-D scene"
 
     def _repr_mimebundle_(self, include=None, exclude=None) -> dict:
-        return mimebundle(self, self)
+        return mimebundle(self)
 
     def _note(self, name: str, drawing: Drawing, matrix=None) -> None:
-        placed = None if matrix is None else _matrix(matrix)
+        placed = as_transform(matrix, "T")
         self._notes.add(as_word(name))
         with self.channel.batch():
             self.channel.draw(f"/meshcat/notes/{name}", drawing)
@@ -164,12 +163,11 @@ class Scene:
                 self.channel.place(f"/meshcat/notes/{name}", placed)
 
 
-def mimebundle(scene: Scene, shown) -> dict:
-    """What a cell shows for `shown`, a scene or a panel around one: a live widget, or HTML where `OMX_VIEW` asks."""
-    mode = os.environ.get(MODE, "")
-    if mode in ("static", "shared"):
-        return {"text/plain": repr(shown), "text/html": shown.static_html(shared=mode == "shared")}
-    model = scene.widget if shown is scene else shown
+def mimebundle(shown) -> dict:
+    """What a cell shows for a scene or a panel: a live widget, or HTML where `OMX_VIEW` asks."""
+    if os.environ.get(MODE) == "shared":
+        return {"text/plain": repr(shown), "text/html": shown.static_html()}
+    model = shown.widget if isinstance(shown, Scene) else shown
     view = {"version_major": 2, "version_minor": 0, "model_id": model.model_id}
     return {"text/plain": repr(shown), "application/vnd.jupyter.widget-view+json": view}
 
@@ -185,18 +183,11 @@ def _vector(name: str, value):
     return vector
 
 
-def _matrix(value):
-    matrix = np.asarray(value, float)
-    if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
-        raise BadInput(f"a pose must be a finite array of shape (4, 4), in mm; got shape {matrix.shape}.")
-    return matrix
-
-
 def _pose_matrix(pose):
     """T_base_target of [x, y, z, pitch]: the tool lies in the vertical plane through the base axis."""
     if np.shape(pose) != (4,):
-        return _matrix(pose)
-    x, y, z, pitch = (float(v) for v in pose)
+        return as_transform(pose, "pose")
+    x, y, z, pitch = as_four(pose, "pose", "[x, y, z, pitch] in mm and rad")
     yaw = np.arctan2(y, x)
     c, s, cp, sp = np.cos(yaw), np.sin(yaw), np.cos(pitch), np.sin(pitch)
-    return _matrix([[c * cp, c * sp, -s, x], [s * cp, s * sp, c, y], [sp, -cp, 0, z], [0, 0, 0, 1]])
+    return np.array([[c * cp, c * sp, -s, x], [s * cp, s * sp, c, y], [sp, -cp, 0, z], [0, 0, 0, 1]])

@@ -498,11 +498,10 @@
 
   // The page around has another arm and, if they were derived, its formulas. `about` null: it cannot be led by hand here.
   let gone = false;
-  window.addEventListener("message", ({ data, source }) => {
-    if (source !== window.parent || source === window || data?.omx !== "arm") return;
-    A.learn(data.modules);
-    gone = !data.about || data.about.rows.length !== TIP || A.task(data.about) !== task;
-    if (!gone) Object.assign(about, data.about);
+  stage.said.arm = (told) => {
+    A.learn(told.modules);
+    gone = !told.about || told.about.rows.length !== TIP || A.task(told.about) !== task;
+    if (!gone) Object.assign(about, told.about);
     else [q, found, chosen, note.hidden] = [null, [], null, true];
     button.hidden = gone;
     if (gone) offer(false);
@@ -510,7 +509,7 @@
     ghosts = null;
     last = "";
     viewer.set_dirty();
-  });
+  };
 
   // ---- on and off ----------------------------------------------------------------------------------------------------------
 
