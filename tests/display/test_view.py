@@ -15,7 +15,7 @@ from matplotlib import font_manager
 from PIL import ImageFont
 
 import omx
-from omx.display.viewer import Camera, View, animation, threejs
+from omx.display.viewer import Camera, View, commands, threejs
 from omx.display.viewer.annotations import rgb
 from omx.hardware.simulator import cube, cup
 from tests.helpers.scenes import Page, decoded, objects, placed
@@ -329,7 +329,7 @@ def test_prismatic_joints_are_boxes_and_revolute_ones_cylinders():
     skeleton._joint(cylinder, False, 5.0)
     assert len(box.arrays()[0]) < len(cylinder.arrays()[0]) / 3
     assert skeleton.reach(FIXED) == pytest.approx(skeleton.reach(PRISMATIC) + 2 * math.hypot(12, 5, 40))
-    drawn = skeleton.drawings(FIXED, 5.0)
+    drawn = skeleton.drawings(FIXED)
     assert set(drawn) == {0, 1, 2, 3}
     rod = skeleton.Solid()
     skeleton._link(rod, omx.DHRow(0, 20, 0, 0, prismatic=True), 80.0, 5.0)
@@ -405,7 +405,7 @@ def test_quaternions_are_those_of_the_matrices():
         2,
         0,
     )
-    found = animation.quaternions(matrices)
+    found = commands.quaternions(matrices)
     assert np.abs(np.einsum("ij,ij->i", found, turns)) == pytest.approx(1, abs=1e-12)
 
 

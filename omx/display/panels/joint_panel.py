@@ -8,7 +8,7 @@ from ...arm import HOME
 from ...dh import Chain, clipped
 from ...errors import BadInput
 from ...kinematics import pose as tool_pose
-from ..viewer.arm_drawings import is_our_arm
+from ..viewer.arm_model import is_our_arm
 from ..viewer.view import View
 from . import tables
 from .panel import Panel, as_view, side_by_side, slider_row
@@ -47,7 +47,7 @@ class JointPanel(Panel):
 
     def _with_terms(self, view: View) -> DHTable:
         """The DH table of the arm, whose bones get their colours. Raises `BadInput` for another chain."""
-        if view.geometry is None or not is_our_arm(view.geometry):
+        if not is_our_arm(view.geometry):
             raise BadInput("`terms` are those of the OpenMANIPULATOR-X; this view shows another chain.")
         view.bones()
         self._shown = view.shown_frames
