@@ -445,15 +445,14 @@ def test_importing_the_view_needs_no_server():
 
 @pytest.mark.parametrize(
     ("colour", "numbers"),
-    [("red", (200, 50, 43)), ("Blue", (0, 114, 178)), ("#fff", (255, 255, 255)), ("#0072B2", (0, 114, 178)),
-     ((1, 2.0, np.int64(3)), (1, 2, 3))],
-)  # fmt: skip
-def test_a_colour_by_name_by_digits_or_by_numbers(colour, numbers):
+    [("red", (200, 50, 43)), ("Blue", (0, 114, 178)), ("#ffffff", (255, 255, 255)), ("#0072B2", (0, 114, 178))],
+)
+def test_a_colour_by_name_or_by_digits(colour, numbers):
     assert rgb(colour) == numbers
     View().arrow("a", (0, 0, 0), (0, 0, 100), colour=colour)
 
 
-@pytest.mark.parametrize("colour", ["#12", "rgb(1,2,3)", "", None, 3, (1, 2, 300), (1, 2), ("a", "b", "c"), [True] * 3])
+@pytest.mark.parametrize("colour", ["#12", "rgb(1,2,3)", "", None, 3, (1, 2, 3), [True] * 3])
 def test_what_is_no_colour_is_named(colour):
     with pytest.raises(omx.BadInput, match="`colour` must be"):
         View().path([(0, 0, 0), (0, 0, 9)], colour=colour)

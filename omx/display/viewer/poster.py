@@ -4,10 +4,7 @@ Triangles go through a depth buffer, at twice the size, and the result is halved
 simpler light. The same scene gives the same bytes.
 """
 
-import base64
-import html
 import io
-import re
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,7 +24,6 @@ LAMPS = ((np.array([0.55, -0.75, 1.3]), 0.62), (np.array([-0.9, 0.6, 0.7]), 0.28
 SKY = 0.5
 SHADOW = 0.17
 _FONT = Path(matplotlib.get_data_path(), "fonts/ttf/DejaVuSans-Bold.ttf")
-_WORDS = re.compile(r'fill="(#\w+)"[^>]*>([^<]*)(?:<tspan[^>]*>([^<]*)</tspan>)?</text>')
 _DTYPES = {0x11: "i1", 0x12: "u1", 0x13: "<i2", 0x14: "<u2", 0x15: "<i4", 0x16: "<u4", 0x17: "<f4", 0x18: "<f8"}
 _CAMERA = "/Cameras/default/rotated/<object>"
 
@@ -283,18 +279,17 @@ def _draw_shape(sheet: Sheet, lens: Lens, part: Part) -> None:
 
 def _write(picture: Image.Image, lens: Lens, part: Part) -> None:
     """A label, over everything: its words and a smaller subscript, with a pale rim."""
-    texture = part.parts[part.material["map"]]
-    svg = base64.b64decode(part.parts[texture["image"]]["url"].partition(",")[2]).decode()
-    colour, stem, low = _WORDS.search(svg).groups()
+    told = part.about["userData"]
+    stem, _, low = told["words"].partition("_")
     size = part.about["scale"][1] / (2 * np.tan(np.arctan(0.5 * picture.height / lens.scale))) * picture.height
     ((column, row, _),) = lens(part.place[None, :3, 3])
-    pieces = [(html.unescape(stem), 46 / 64, 0.0), (html.unescape(low or ""), 34 / 64, 10 / 64)]
+    pieces = [(stem, 46 / 64, 0.0), (low, 34 / 64, 10 / 64)]
     fonts = [ImageFont.truetype(str(_FONT), max(6.0, share * size)) for _, share, _ in pieces]
     lengths = [font.getlength(text) for font, (text, _, _) in zip(fonts, pieces, strict=True)]
     at, pen = column - 0.5 * sum(lengths), ImageDraw.Draw(picture)
     for font, (text, _, drop), length in zip(fonts, pieces, lengths, strict=True):
-        pen.text((at, row + (12 / 64 + drop) * size), text, colour, font, "ls", stroke_width=2, stroke_fill="#fff")
-        pen.text((at, row + (12 / 64 + drop) * size), text, colour, font, "ls")
+        pen.text((at, row + (12 / 64 + drop) * size), text, told["ink"], font, "ls", stroke_width=2, stroke_fill="#fff")
+        pen.text((at, row + (12 / 64 + drop) * size), text, told["ink"], font, "ls")
         at += length
 
 

@@ -85,7 +85,7 @@ class Scene:
 
     def label(self, name: str, text: str, at, *, colour=INK) -> None:
         """Words at the point `at` (3,) mm that always face the reader; `q_1` sets a subscript."""
-        self._note(name, Drawing().label(text, _vector("at", at), colour))
+        self._note(name, Drawing().label(text, _vector("at", at), annotations.as_hex(colour)))
 
     def path(self, points, *, name: str = "path", colour=VERMILION, radius: float = 1.2) -> None:
         """A line through `points` (N, 3) mm; a path of the same name is replaced."""
@@ -136,8 +136,13 @@ class Scene:
             from .widget import SceneWidget
 
             config = {**self._config(), "shell": html_export.shell(self._config()), "start": script("start.js")}
-            self._widget = SceneWidget(self.channel, height=self.height, title=repr(self), config=config)
-            self._widget.on_drag = lambda pose, q: self.on_drag and self.on_drag(pose, q)
+            self._widget = SceneWidget(
+                self.channel,
+                lambda *told: self.on_drag and self.on_drag(*told),
+                height=self.height,
+                title=repr(self),
+                config=config,
+            )
         return self._widget
 
     def static_html(self) -> str:

@@ -288,9 +288,12 @@
   const caster = new THREE.Raycaster(), canvas = viewer.renderer.domElement;
 
   // The pointer's ray in the scene's frame, mm.
-  function ray(event) {
+  function ray({ clientX, clientY }) {
     const box = canvas.getBoundingClientRect();
-    caster.setFromCamera({ x: 2 * (event.clientX - box.left) / box.width - 1, y: 1 - 2 * (event.clientY - box.top) / box.height }, viewer.camera);
+    return cast({ x: 2 * (clientX - box.left) / box.width - 1, y: 1 - 2 * (clientY - box.top) / box.height });
+  }
+  function cast(place) { // a place in the picture: from -1 to 1, y upwards
+    caster.setFromCamera(place, viewer.camera);
     const local = caster.ray.clone().applyMatrix4(new THREE.Matrix4().copy(node().object.matrixWorld).invert());
     return { origin: local.origin.multiplyScalar(1e3), direction: local.direction.normalize() };
   }
@@ -345,18 +348,13 @@
     event.preventDefault();
     if (viewer.animator.playing) viewer.animator.pause();
     viewer.controls.enabled = false;
-    const facing = ray({ ...middle() }).direction.clone(), turn = turnsOf(asked)[hit.ring];
+    const facing = cast({ x: 0, y: 0 }).direction, turn = turnsOf(asked)[hit.ring];
     grip = { start: position().toArray(), ...hit, asked, turn, facing, id: event.pointerId, down: event, edge: turn && Math.abs(turn.axle.dot(facing)) < 0.2 };
     grip.zero = hit.name !== "link" && measure(event);
     canvas.setPointerCapture(event.pointerId);
     canvas.style.cursor = "grabbing";
     draw();
   }, { capture: true });
-
-  function middle() {
-    const box = canvas.getBoundingClientRect();
-    return { clientX: box.left + box.width / 2, clientY: box.top + box.height / 2 };
-  }
 
   window.addEventListener("pointermove", (event) => {
     if (!grip) {
