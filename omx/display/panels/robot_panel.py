@@ -87,10 +87,8 @@ class RobotPanel(ViewPanel):
         self._say(" ".join(self.driver.condition.warnings))
         self.look()
         _panels.add(self)
-        looks = (weakref.ref(self), self._closing)
-        self._thread = threading.Thread(target=_watch, args=looks, name="omx panel", daemon=True)
         if watch:
-            self._start_watching(*looks)
+            self._start_watching(weakref.ref(self), self._closing)
 
     def _controls(self) -> list:
         """Buttons, the speed, and two lines of text: what has happened, and how the servos are."""
@@ -228,6 +226,7 @@ class RobotPanel(ViewPanel):
         if sys.platform == "emscripten":  # a browser's Python has no threads: it looks between two cells
             self._task = asyncio.ensure_future(_watch_between_cells(*looks))
         else:
+            self._thread = threading.Thread(target=_watch, args=looks, name="omx panel", daemon=True)
             self._thread.start()
 
     def _table(self) -> str:

@@ -13,14 +13,15 @@ import numpy as np
 import umsgpack
 from PIL import Image, ImageDraw, ImageFilter, ImageFont
 
+from .environment import LAMPS
+
 #: Drawn this many times larger, then made smaller: smooth edges.
 FINE = 2
 WIDTH = 760
 COLOURS = 128
 #: So many pixels are looked at together.
 AT_ONCE = 1_000_000
-#: Directions (3,) and strengths of the two lamps, and what comes from everywhere; as `environment.set_light` has them.
-LAMPS = ((np.array([0.55, -0.75, 1.3]), 0.62), (np.array([-0.9, 0.6, 0.7]), 0.28))
+#: The light that comes from everywhere, and how much of it a shadow takes.
 SKY = 0.5
 SHADOW = 0.17
 _FONT = Path(matplotlib.get_data_path(), "fonts/ttf/DejaVuSans-Bold.ttf")
@@ -233,7 +234,7 @@ def _lit(part: Part):
 def _shadows(sheet: Sheet, lens: Lens, solids: list[Part], floor: float) -> None:
     """The shadow of the first lamp on the ground, with a soft rim."""
     mask = Image.new("L", sheet.shape[::-1])
-    pen, slope = ImageDraw.Draw(mask), LAMPS[0][0] / LAMPS[0][0][2]
+    pen, slope = ImageDraw.Draw(mask), np.divide(LAMPS[0][0], LAMPS[0][0][2])
     for part in solids:
         points = _at(part, part.array("position").astype(float))
         points = lens(points - (points[:, 2:] - floor) * slope)[:, :2]
@@ -294,4 +295,4 @@ def _write(picture: Image.Image, lens: Lens, part: Part) -> None:
 
 
 def _unit(vector):
-    return vector / np.linalg.norm(vector)
+    return np.divide(vector, np.linalg.norm(vector))

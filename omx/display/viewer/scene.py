@@ -136,13 +136,8 @@ class Scene:
             from .widget import SceneWidget
 
             config = {**self._config(), "shell": html_export.shell(self._config()), "start": script("start.js")}
-            self._widget = SceneWidget(
-                self.channel,
-                lambda *told: self.on_drag and self.on_drag(*told),
-                height=self.height,
-                title=repr(self),
-                config=config,
-            )
+            about = {"height": self.height, "title": repr(self), "config": config}
+            self._widget = SceneWidget(self.channel, lambda *told: self.on_drag(*told), **about)
         return self._widget
 
     def static_html(self) -> str:
