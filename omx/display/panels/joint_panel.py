@@ -113,9 +113,8 @@ def _limited(chain: Chain, limits) -> Chain:
 def _finite(limit, free) -> tuple[float, float]:
     """The limits of one joint; where it has no end, that of a free joint."""
     low, high = limit
-    if math.isinf(low):
-        low = free[0] if math.isinf(high) else min(free[0], high - 1.0)
-    return low, max(free[1], low + 1.0) if math.isinf(high) else high
+    low = low if math.isfinite(low) else min(free[0], high - 1.0)
+    return low, high if math.isfinite(high) else max(free[1], low + 1.0)
 
 
 def _ends(low: float, high: float) -> tuple[float, float, float]:

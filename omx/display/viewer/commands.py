@@ -14,14 +14,7 @@ _FLOAT64 = 0xCB
 _NUMBER = np.dtype([("code", "u1"), ("value", ">f8")])
 _TO_M = np.array([[1.0, 1.0, 1.0, 1e-3]] * 3 + [[1.0] * 4])
 #: msgpack extension codes that the viewer turns into typed arrays.
-_TYPED = {
-    "int8": (0x11, "Int8Array"),
-    "uint8": (0x12, "Uint8Array"),
-    "int16": (0x13, "Int16Array"),
-    "uint16": (0x14, "Uint16Array"),
-    "uint32": (0x16, "Uint32Array"),
-    "float32": (0x17, "Float32Array"),
-}
+TYPED = {"int8": 0x11, "uint8": 0x12, "int16": 0x13, "uint16": 0x14, "uint32": 0x16, "float32": 0x17}
 
 
 def plain(value):
@@ -39,14 +32,13 @@ def plain(value):
 
 def typed(array) -> umsgpack.Ext:
     """A NumPy array as a typed array of the viewer: half the bytes of a list and no parsing."""
-    code, _ = _TYPED[array.dtype.name]
-    return umsgpack.Ext(code, np.ascontiguousarray(array).tobytes())
+    return umsgpack.Ext(TYPED[array.dtype.name], np.ascontiguousarray(array).tobytes())
 
 
 def attribute(array, normalized: bool = False) -> dict:
     """A vertex attribute (n, k), or an index (n,), in the viewer's JSON."""
     size = 1 if array.ndim == 1 else array.shape[1]
-    kind = _TYPED[array.dtype.name][1]
+    kind = f"{array.dtype.name.capitalize()}Array"
     return {"itemSize": size, "type": kind, "array": typed(array), "normalized": normalized}
 
 

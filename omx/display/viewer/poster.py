@@ -13,6 +13,7 @@ import numpy as np
 import umsgpack
 from PIL import Image, ImageDraw, ImageFilter, ImageFont
 
+from .commands import TYPED
 from .environment import LAMPS
 
 #: Drawn this many times larger, then made smaller: smooth edges.
@@ -25,7 +26,7 @@ AT_ONCE = 1_000_000
 SKY = 0.5
 SHADOW = 0.17
 _FONT = Path(matplotlib.get_data_path(), "fonts/ttf/DejaVuSans-Bold.ttf")
-_DTYPES = {0x11: "i1", 0x12: "u1", 0x13: "<i2", 0x14: "<u2", 0x15: "<i4", 0x16: "<u4", 0x17: "<f4", 0x18: "<f8"}
+_DTYPES = {code: np.dtype(name).newbyteorder("<") for name, code in TYPED.items()}
 _CAMERA = "/Cameras/default/rotated/<object>"
 
 
