@@ -31,12 +31,12 @@ _CAMERA = "/Cameras/default/rotated/<object>"
 
 
 class Part(NamedTuple):
-    """One child of a drawing where it stands: three.js JSON, its parts by their names, and what its node adds."""
+    """One child of a drawing where it stands: three.js JSON, its parts by their names, and how opaque it is."""
 
     about: dict
     parts: dict
     place: np.ndarray
-    opacity: float | None
+    opacity: float
 
     @property
     def material(self) -> dict:
@@ -51,10 +51,6 @@ class Part(NamedTuple):
 
     def on_top(self) -> bool:
         return self.material.get("depthTest") is False
-
-    def faded(self) -> float:
-        """Its opacity: that of its node, or its own."""
-        return self.material.get("opacity", 1.0) if self.opacity is None else self.opacity
 
 
 class Lens:
@@ -106,14 +102,15 @@ def poster(log: dict, height: int, width: int = WIDTH) -> bytes:
     lens, sheet = Lens(log, FINE * width, FINE * height), Sheet(FINE * width, FINE * height)
     parts = sorted(_parts(log), key=lambda part: part.about.get("renderOrder", 0))
     meshes = [part for part in parts if part.about["type"] == "Mesh"]
-    solids = [part for part in meshes if part.geometry["type"] == "BufferGeometry"]
-    lines = [part for part in parts if part.about["type"] == "LineSegments"]
-    _shadows(sheet, lens, [part for part in solids if part.about.get("castShadow")], _floor(log))
-    for part in (part for part in lines if not part.on_top()):
+    grounds, solids, shapes = (
+        [part for part in meshes if part.geometry["type"] == f"{kind}Geometry"] for kind in ("Plane", "Buffer", "Shape")
+    )
+    _shadows(sheet, lens, [part for part in solids if part.about.get("castShadow")], grounds[0].place[2, 3])
+    for part in (part for part in parts if part.about["type"] == "LineSegments"):
         _draw_lines(sheet, lens, part)
-    for part in sorted(solids, key=lambda part: part.on_top() + (part.faded() < 1) / 2):
+    for part in sorted(solids, key=lambda part: part.on_top() + (part.opacity < 1) / 2):
         _draw_solid(sheet, lens, part)
-    for part in (part for part in meshes if part.geometry["type"] == "ShapeGeometry"):
+    for part in shapes:
         _draw_shape(sheet, lens, part)
     picture = Image.fromarray(sheet.colour.round().astype(np.uint8).reshape(*sheet.shape, 3))
     picture = picture.resize((width, height), Image.Resampling.BOX)
@@ -145,7 +142,8 @@ def _parts(log: dict):
         named = {item["uuid"]: item for kept in ("geometries", "materials", "textures", "images", "shapes")
                  for item in lowered.get(kept, ())}  # fmt: skip
         for child in lowered["object"]["children"]:
-            yield Part(child, named, place @ _local(child), fades[-1] if fades else None)
+            own = named.get(child.get("material"), {}).get("opacity", 1.0)
+            yield Part(child, named, place @ _local(child), fades[-1] if fades else own)
 
 
 def _told(told: dict, path: str, name: str, otherwise):
@@ -157,12 +155,6 @@ def _local(child: dict):
     local = np.diag([*child.get("scale", (1, 1, 1)), 1.0])
     local[:3, 3] = child.get("position", (0, 0, 0))
     return local
-
-
-def _floor(log: dict) -> float:
-    """The height of the ground, m: where its shadow lies."""
-    ground = umsgpack.unpackb(log["set_object", "/meshcat/ground", ""])["object"]["object"]["children"]
-    return next(child["position"][2] for child in ground if child.get("receiveShadow"))
 
 
 def _array(lowered: dict):
@@ -180,7 +172,7 @@ def _at(part: Part, points):
 
 def _draw_solid(sheet: Sheet, lens: Lens, part: Part) -> None:
     points, faces = lens(_at(part, part.array("position").astype(float))), _faces(part)
-    sheet.triangles(points, _lit(part), faces[_to_the_eye(points, faces)], part.faded(), part.on_top())
+    sheet.triangles(points, _lit(part), faces[_to_the_eye(points, faces)], part.opacity, part.on_top())
 
 
 def _faces(part: Part):
@@ -276,7 +268,7 @@ def _draw_shape(sheet: Sheet, lens: Lens, part: Part) -> None:
     row, column = np.divmod(cells, sheet.shape[1])
     seen = plane @ (column + 0.5, row + 0.5, np.ones(len(cells))) < sheet.depth[cells]
     colour = np.array([part.material["color"] >> shift & 255 for shift in (16, 8, 0)], float)
-    sheet.put(cells[seen], colour, part.faded())
+    sheet.put(cells[seen], colour, part.opacity)
 
 
 def _write(picture: Image.Image, lens: Lens, part: Part) -> None:
