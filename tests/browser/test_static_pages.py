@@ -624,7 +624,7 @@ def test_a_robots_arm_stays_where_the_robot_is_when_its_link_is_pulled(show, tmp
     """Only a ghost obeys, and the page is told where it stands."""
     start = (0.3, -0.4, 0.4, 0.5)
     panel = JointPanel(View(start))
-    panel.on_command = lambda q: None
+    panel.command_a_ghost()
     page, frame = opened(show, tmp_path, panel)
     page.evaluate("window.told = []; window.addEventListener('message', ({ data }) => told.push(data))")
     grabbed = where(page, frame, (omx.frames(start)[3] @ [-40, 0, 0, 1])[:3])

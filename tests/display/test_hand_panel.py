@@ -30,8 +30,6 @@ def panel(inverse):
 
 
 def said(panel):
-    panel._tell.flush()
-    panel._tell._due = 0.0
     return [
         html.unescape(re.sub(r"<[^>]*>", " ", box.value)).replace("\u2212", "-") for box in (panel._text, panel._notice)
     ]

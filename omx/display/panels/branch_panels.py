@@ -117,7 +117,7 @@ class BranchPanel(Panel):
             self.view.ghosts([None if s.branch == chosen else s.q for s in self._solutions])
             if command and self._chosen is not None:
                 self._command(self._chosen.q)
-        self._tell(None)
+        self._tell()
 
     def _choose(self):
         """The branch that the arm takes: the nearest, or the one that it is to keep to. `OmxError` without one."""

@@ -73,7 +73,7 @@ class RobotPanel(ViewPanel):
         limits = self.driver.guard.soft_limits
         start = clipped(self.driver.read().q, limits)  # an arm that hangs without torque may lie outside its limits
         self.joints = JointPanel(view or View(start, geometry=robot.geometry), limits=limits)
-        self.joints.on_command = lambda q: None  # the ghost alone; the arm goes there while the button is held
+        self.joints.command_a_ghost()  # the arm goes there while the button is held
         self._aim: tuple[float, ...] | None = None
         self._way: list[tuple[float, ...]] = []  # to the rest pose
         self._relaxing_since: float | None = None
@@ -216,7 +216,7 @@ class RobotPanel(ViewPanel):
         if self.robot.clock.now() > self._silent_at:
             self._let_go()
             self._say("The page went silent, so the arm holds. Release the button and hold it again.")
-        self.joints.show(self.driver.read().q)
+        self.view.q = self.driver.read().q
         if self._looks % round(1 / LOOK_S) == 0:
             self.state.value = self._table()
             self.motors.value, self.resume_button.disabled = self.driver.torque, self.driver.stopped is None

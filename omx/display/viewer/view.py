@@ -232,10 +232,6 @@ class View(Scene):
         """
         self._limits, self._handle, self._inverse = limits, handle, inverse
 
-    def follow_drags(self, follow: bool) -> None:
-        """Does the solid arm follow a dragged tool, or only a ghost? A robot's arm stands where the robot is."""
-        self.channel.set("/meshcat/arm", "follows", follow)
-
     # -- inside -------------------------------------------------------------------------------------------
 
     def __repr__(self) -> str:
