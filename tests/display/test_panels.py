@@ -14,7 +14,7 @@ import omx
 from omx.display.panels import JointPanel, PosePanel, tables, terms
 from omx.display.panels.panel import Later
 from omx.display.viewer import View
-from tests.helpers.scenes import Clock, Page, decoded, placed
+from tests.helpers.scenes import Clock, Page, decoded, objects, placed
 
 SLIDER = omx.Chain([omx.DHRow(0, 50, 0, 1.0), omx.DHRow(0, 20, 0, 0, prismatic=True)], limits=[(-1, 1), (5, 60)])
 
@@ -393,13 +393,15 @@ def test_a_slider_changes_the_terms_and_a_row_shows_its_frame_beside_those_of_th
     after = text_of(panel._text)
     assert "L4 cos(q2 + q3 + q4)" in after
     assert [a == b for a, b in zip(before.split("="), after.split("="), strict=False)].count(False) >= 2
-    panel._terms.lit = 3
-    assert view.shown_frames == (0, 3)
-    panel._terms.lit = 0
-    assert view.shown_frames == (0,)
-    page = panel.static_html()
-    assert "data-poster" in page
-    assert view.shown_frames == (0,), "what the page needs is gone from the notebook's scene"
+
+    def seen():
+        commands = decoded(view.channel)
+        return [i for i in range(5) if commands["set_property", f"/meshcat/frames/{i}", "visible"]["value"]]
+
+    for lit, frames in ((3, [0, 3]), (0, [0])):
+        panel._terms.lit = lit
+        assert seen() == frames
+    assert objects(view.channel, "/meshcat/frames") == {f"/meshcat/frames/{i}" for i in range(5)}, "a page shows them"
 
 
 def test_the_line_along_a_link_ends_where_its_joints_are():

@@ -51,9 +51,17 @@ class JointPanel(Panel):
             raise BadInput("`terms` are those of the OpenMANIPULATOR-X; this view shows another chain.")
         view.bones()
         self._shown = view.shown_frames
+        view.frames(*range(len(view.chain) + 1))
         table = DHTable(html=dh_table(view.chain))
-        table.observe(lambda change: view.frames(*{*self._shown, *([change["new"]] if change["new"] else [])}), "lit")
+        table.observe(lambda change: self._light(view, change["new"]), "lit")
+        self._light(view, 0)
         return table
+
+    def _light(self, view: View, row: int) -> None:
+        """All frames are in the scene; seen are those that were asked for, and that of `row`, 1 for the first."""
+        with view.channel.batch():
+            for i in range(len(view.chain) + 1):
+                view.channel.set(f"/meshcat/frames/{i}", "visible", i in self._shown or 0 < i == row)
 
     def _buttons(self, view: View):
         poses = {"zero": clipped((0.0,) * len(self.chain), self.chain.limits)}  # or the limit nearest to it
@@ -72,19 +80,6 @@ class JointPanel(Panel):
         if self._terms is not None:
             data["terms"] = {"words": WORDS, "colours": COLOURS, "table": self._terms.html, "shown": self._shown}
         return data
-
-    def static_html(self) -> str:
-        """As every panel's; with `terms` all frames are in the scene, for the page to show."""
-        if self._terms is None:
-            return super().static_html()
-        with self.view.channel.batch():
-            self.view.frames(*range(len(self.chain) + 1))
-            for i in {*range(len(self.chain) + 1)} - {*self._shown}:
-                self.view.channel.set(f"/meshcat/frames/{i}", "visible", False)
-            try:
-                return super().static_html()
-            finally:
-                self.view.frames(*self._shown)
 
     def _on_sliders(self, values) -> None:
         rows = zip(values, self.chain.rows, strict=True)

@@ -108,10 +108,6 @@ class Channel:
 
     wait = open
 
-    def close(self) -> None:
-        """Stop posting; the scene itself is kept."""
-        self._post = None
-
     # -- posting ------------------------------------------------------------------------------------------
 
     def attach(self, post) -> None:
