@@ -97,11 +97,10 @@ def test_nothing_is_seen_of_a_scene_before_it_is_there(browser, tmp_path):
       const pane = document.querySelector("#meshcat-pane");
       if (pane?.querySelector("canvas")) window.omxFirst ??= getComputedStyle(pane).visibility;
     }).observe(document, { childList: true, subtree: true });""")
-    (tmp_path / "scene.html").write_text(View().channel.get_scene(), encoding="utf-8")
-    page.goto((tmp_path / "scene.html").as_uri())
-    page.wait_for_selector("body[data-ready]", timeout=30_000)
-    assert page.evaluate("omxFirst") == "hidden"
-    assert page.evaluate("getComputedStyle(document.querySelector('#meshcat-pane')).visibility") == "visible"
+    page.goto(write(tmp_path, View().static_html()).as_uri())
+    (frame,) = frames(page, 1)
+    assert frame.evaluate("omxFirst") == "hidden"
+    assert frame.evaluate("getComputedStyle(document.querySelector('#meshcat-pane')).visibility") == "visible"
     context.close()
 
 

@@ -135,7 +135,7 @@ class Scene:
         if self._widget is None:
             from .widget import SceneWidget
 
-            config = {**self._config(), "shell": html_export.shell(self._config()), "start": script("start.js")}
+            config = {"shell": html_export.shell(self._config()), "start": script("start.js")}
             about = {"height": self.height, "title": repr(self), "config": config}
             self._widget = SceneWidget(self.channel, lambda *told: self.on_drag(*told), **about)
         return self._widget
@@ -146,7 +146,7 @@ class Scene:
         A page that shows it loads the script of `write_site_script` once. For a page that needs nothing else, press
         `html` in the scene.
         """
-        return html_export.placeholder(self.channel, self._config(), self.height, repr(self))
+        return html_export.placeholder(self.channel.log, self._config(), self.height, repr(self))
 
     def __repr__(self) -> str:
         return "3-D scene"
