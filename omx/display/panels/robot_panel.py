@@ -26,6 +26,7 @@ from ...hardware.clock import SteppedClock
 from ...hardware.dynamixel import registers as reg
 from ...hardware.robot.gate import way_to_rest
 from ..viewer.view import View
+from . import tables
 from .joint_panel import JointPanel
 from .panel import ViewPanel
 
@@ -254,8 +255,7 @@ class RobotPanel(ViewPanel):
             self.motors.value = self.driver.torque
 
     def _say(self, text: str, wrong: bool = False) -> None:
-        colour = "#b00020" if wrong else "inherit"
-        self.message.value = f"<span role='status' style='color:{colour}'>{html.escape(text)}</span>"
+        self.message.value = tables.notice(text, good=not wrong)
 
 
 def _watch(panel, closing: threading.Event) -> None:
