@@ -5,7 +5,6 @@ import os
 import numpy as np
 
 from ...arrays import as_four, as_number, as_word
-from ...dh import as_transform
 from ...errors import BadInput
 from ..palette import INK, VERMILION
 from . import annotations, environment, html_export
@@ -102,7 +101,7 @@ class Scene:
         with self.channel.batch():
             for one in things:
                 if one.name in self._notes:
-                    self.channel.place(f"/meshcat/notes/{one.name}", as_transform(one.T, "T"))
+                    self.channel.place(f"/meshcat/notes/{one.name}", _matrix(one.T))
                 else:
                     self._note(one.name, annotations.thing(one.width, one.height, one.round, one.colour), one.T)
 
@@ -155,7 +154,7 @@ class Scene:
         return mimebundle(self)
 
     def _note(self, name: str, drawing: Drawing, matrix=None) -> None:
-        placed = as_transform(matrix, "T")
+        placed = None if matrix is None else _matrix(matrix)
         self._notes.add(as_word(name))
         with self.channel.batch():
             self.channel.draw(f"/meshcat/notes/{name}", drawing)
@@ -183,10 +182,17 @@ def _vector(name: str, value):
     return vector
 
 
+def _matrix(value):
+    matrix = np.asarray(value, float)
+    if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
+        raise BadInput(f"a pose must be a finite array of shape (4, 4), in mm; got shape {matrix.shape}.")
+    return matrix
+
+
 def _pose_matrix(pose):
     """T_base_target of [x, y, z, pitch]: the tool lies in the vertical plane through the base axis."""
     if np.shape(pose) != (4,):
-        return as_transform(pose, "pose")
+        return _matrix(pose)
     x, y, z, pitch = as_four(pose, "pose", "[x, y, z, pitch] in mm and rad")
     yaw = np.arctan2(y, x)
     c, s, cp, sp = np.cos(yaw), np.sin(yaw), np.cos(pitch), np.sin(pitch)
