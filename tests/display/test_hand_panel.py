@@ -30,8 +30,6 @@ def panel(inverse):
 
 
 def said(panel):
-    panel._tell.flush()
-    panel._tell._due = 0.0
     return [
         html.unescape(re.sub(r"<[^>]*>", " ", box.value)).replace("\u2212", "-") for box in (panel._text, panel._notice)
     ]
@@ -122,6 +120,6 @@ def test_the_scene_knows_the_generated_inverse_and_the_branch_that_is_kept(panel
     panel.branch = "front, out, flip"
     kept = decoded(panel.view.channel)[("set_property", "/meshcat/arm", "branch")]
     assert kept["value"] == "front, out, flip"
-    page = html.unescape(panel.static_html(shared=True))
+    page = html.unescape(panel.static_html())
     assert '"kind": "pose"' in page
     assert '["roll", "deg", -180' in page

@@ -15,7 +15,7 @@ from matplotlib import font_manager
 from PIL import ImageFont
 
 import omx
-from omx.display.viewer import Camera, View, animation, threejs
+from omx.display.viewer import Camera, View, commands, threejs
 from omx.display.viewer.annotations import rgb
 from omx.hardware.simulator import cube, cup
 from tests.helpers.scenes import Page, decoded, objects, placed
@@ -329,11 +329,12 @@ def test_prismatic_joints_are_boxes_and_revolute_ones_cylinders():
     skeleton._joint(cylinder, False, 5.0)
     assert len(box.arrays()[0]) < len(cylinder.arrays()[0]) / 3
     assert skeleton.reach(FIXED) == pytest.approx(skeleton.reach(PRISMATIC) + 2 * math.hypot(12, 5, 40))
-    drawn = skeleton.drawings(FIXED, 5.0)
+    drawn = skeleton.drawings(FIXED)
     assert set(drawn) == {0, 1, 2, 3}
     rod = skeleton.Solid()
     skeleton._link(rod, omx.DHRow(0, 20, 0, 0, prismatic=True), 80.0, 5.0)
-    assert rod.bounds()[0][2] == pytest.approx(-100, abs=5)
+    points, unit, *_ = rod.arrays()
+    assert 1e3 * unit * points[:, 2].min() == pytest.approx(-100, abs=5)
 
 
 # ---- animation -----------------------------------------------------------------------------------------
@@ -404,7 +405,7 @@ def test_quaternions_are_those_of_the_matrices():
         2,
         0,
     )
-    found = animation.quaternions(matrices)
+    found = commands.quaternions(matrices)
     assert np.abs(np.einsum("ij,ij->i", found, turns)) == pytest.approx(1, abs=1e-12)
 
 
@@ -433,7 +434,7 @@ def test_importing_the_view_needs_no_server():
         view = View()
         view.q = (0.1, 0.2, 0.3, 0.4)
         view.widget
-        assert "<iframe" in view.static_html()
+        assert 'class="omx-scene"' in view.static_html()
     """
     done = subprocess.run(
         [sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, timeout=60, check=False,
@@ -444,15 +445,14 @@ def test_importing_the_view_needs_no_server():
 
 @pytest.mark.parametrize(
     ("colour", "numbers"),
-    [("red", (200, 50, 43)), ("Blue", (0, 114, 178)), ("#fff", (255, 255, 255)), ("#0072B2", (0, 114, 178)),
-     ((1, 2.0, np.int64(3)), (1, 2, 3))],
-)  # fmt: skip
-def test_a_colour_by_name_by_digits_or_by_numbers(colour, numbers):
+    [("red", (200, 50, 43)), ("Blue", (0, 114, 178)), ("#ffffff", (255, 255, 255)), ("#0072B2", (0, 114, 178))],
+)
+def test_a_colour_by_name_or_by_digits(colour, numbers):
     assert rgb(colour) == numbers
     View().arrow("a", (0, 0, 0), (0, 0, 100), colour=colour)
 
 
-@pytest.mark.parametrize("colour", ["#12", "rgb(1,2,3)", "", None, 3, (1, 2, 300), (1, 2), ("a", "b", "c"), [True] * 3])
+@pytest.mark.parametrize("colour", ["#12", "rgb(1,2,3)", "", None, 3, (1, 2, 3), [True] * 3])
 def test_what_is_no_colour_is_named(colour):
     with pytest.raises(omx.BadInput, match="`colour` must be"):
         View().path([(0, 0, 0), (0, 0, 9)], colour=colour)

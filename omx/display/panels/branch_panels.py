@@ -73,7 +73,8 @@ class BranchPanel(Panel):
         return self._message
 
     def _static_data(self) -> dict:
-        return {"kind": "pose", "sliders": [(name, unit, low, high) for name, (low, high, unit) in self._spans.items()]}
+        sliders = [(name, unit, low, high) for name, (low, high, unit) in self._spans.items()]
+        return {"q": self.q, "kind": "pose", "sliders": sliders}
 
     def _dragged(self, pose, q) -> None:
         """By its handle the tool is asked to a pose; a link that is pulled says where the joints are, and no pose."""
@@ -116,7 +117,7 @@ class BranchPanel(Panel):
             self.view.ghosts([None if s.branch == chosen else s.q for s in self._solutions])
             if command and self._chosen is not None:
                 self._command(self._chosen.q)
-        self._tell(None)
+        self._tell()
 
     def _choose(self):
         """The branch that the arm takes: the nearest, or the one that it is to keep to. `OmxError` without one."""

@@ -6,7 +6,7 @@ from itertools import cycle
 
 import numpy as np
 
-from ...arrays import as_number, shown
+from ...arrays import shown
 from ...errors import BadInput
 from ..palette import AXES, INK, NAMES, PALE, PALETTE, VERMILION
 from .mesh import Solid, ball, cone, tube
@@ -16,21 +16,17 @@ _LABELLED = {**FLAT, **ON_TOP, "side": 0}
 
 
 def rgb(colour) -> tuple[int, int, int]:
-    """`#rrggbb`, `#rgb`, one of `NAMES`, or three numbers 0..255, as three integers; `BadInput` otherwise."""
-    if isinstance(colour, str):
-        digits = NAMES.get(colour.lower(), colour).lstrip("#")
-        digits = "".join(2 * digit for digit in digits) if len(digits) == 3 else digits
-        if re.fullmatch("[0-9a-fA-F]{6}", digits):
-            red, green, blue = bytes.fromhex(digits)
-            return red, green, blue
-    elif np.shape(colour) == (3,) and all(
-        0 <= as_number(part, "colour", "three numbers 0..255") < 256 for part in colour
-    ):
-        red, green, blue = (int(part) for part in colour)
-        return red, green, blue
-    raise BadInput(
-        f"`colour` must be '#rrggbb', three numbers 0..255, or one of {', '.join(NAMES)}; got {shown(colour)}."
-    )
+    """`#rrggbb`, or one of `NAMES`, as three integers; `BadInput` otherwise."""
+    red, green, blue = bytes.fromhex(as_hex(colour)[1:])
+    return red, green, blue
+
+
+def as_hex(colour) -> str:
+    """The same as `#rrggbb`."""
+    digits = NAMES.get(colour.lower(), colour) if isinstance(colour, str) else ""
+    if re.fullmatch("#[0-9a-fA-F]{6}", digits):
+        return digits
+    raise BadInput(f"`colour` must be '#rrggbb', or one of {', '.join(NAMES)}; got {shown(colour)}.")
 
 
 def triad(index: int | None = None, size: float = 55.0) -> Drawing:
@@ -99,7 +95,7 @@ def turned(size: float, angle: float, colour, radius: float = 1.1) -> Drawing:
 def _mark(solid: Solid, label: str | None = None, at=(0, 0, 0), colour=INK) -> Drawing:
     """A solid drawn over everything, with its label at `at` (3,)."""
     out = Drawing().solid(solid, _LABELLED, casts=False, order=11)
-    return out.label(label, at, _hex(colour)) if label else out
+    return out.label(label, at, as_hex(colour)) if label else out
 
 
 def _bow(centre, u, v, angle: float, size: float, colour, radius: float) -> Solid:
@@ -161,7 +157,3 @@ def target(size: float = 42.0) -> Drawing:
 
 def _unit(v):
     return v / max(float(np.linalg.norm(v)), 1e-12)
-
-
-def _hex(colour) -> str:
-    return "#{:02x}{:02x}{:02x}".format(*rgb(colour))

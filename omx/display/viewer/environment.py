@@ -12,6 +12,9 @@ from .threejs import Drawing
 _CAMERA = "/Cameras/default/rotated/<object>"
 #: Narrow, so that parallel beams look parallel.
 _FIELD_OF_VIEW = 28
+#: Directions and strengths of the two lamps; the first one casts the shadows.
+LAMPS = (((0.55, -0.75, 1.3), 0.62), ((-0.9, 0.6, 0.7), 0.28))
+_THEIR_LAMPS = ("PointLightNegativeX", "PointLightPositiveX", "AmbientLight", "FillLight")
 
 
 class Camera(Enum):
@@ -58,21 +61,17 @@ def set_camera(channel, camera: Camera, aim, distance: float) -> None:
 
 
 def set_light(channel) -> None:
-    """Soft light from above with one lamp that casts shadows, instead of the viewer's own lamps."""
-    lamp = {"color": 0xFFFFFF, "castShadow": False}
+    """Soft light from above and our lamps, instead of the viewer's own."""
     shadow = {"camera": {"type": "OrthographicCamera", "uuid": "c", "left": -0.5, "right": 0.5, "top": 0.55,
                          "bottom": -0.45, "near": 0.2, "far": 3.0, "zoom": 1},
               "mapSize": [1024, 1024], "radius": 3.5, "bias": -0.0006, "normalBias": 0.004}  # fmt: skip
     lights = Drawing()
     lights.plain("HemisphereLight", color=0xFFFFFF, groundColor=0xAFABA4, intensity=0.6)
-    lights.plain("DirectionalLight", position=[0.55, -0.75, 1.3], intensity=0.62, shadow=shadow,
-                 **{**lamp, "castShadow": True})  # fmt: skip
-    lights.plain("DirectionalLight", position=[-0.9, 0.6, 0.7], intensity=0.28, **lamp)
+    for (position, intensity), more in zip(LAMPS, ({"castShadow": True, "shadow": shadow}, {}), strict=True):
+        lights.plain("DirectionalLight", color=0xFFFFFF, position=position, intensity=intensity, **more)
     with channel.batch():
-        for name in ("PointLightNegativeX", "PointLightPositiveX", "AmbientLight", "FillLight"):
-            channel.set(f"/Lights/{name}", "visible", False)
-        for name in ("Grid", "Axes"):
-            channel.set(f"/{name}", "visible", False)
+        for path in (*(f"/Lights/{name}" for name in _THEIR_LAMPS), "/Grid", "/Axes"):
+            channel.set(path, "visible", False)
         channel.draw("/meshcat/lights", lights)
 
 

@@ -16,17 +16,15 @@ def shell(config: dict) -> str:
     return script("shell.html").replace("/*config*/{}", json.dumps(config).replace("<", "\\u003c"))
 
 
-def scene_data(channel, *, apart: bool = False) -> tuple[str, dict[str, bytes]]:
-    """The scene as text (its commands' keys and bytes, gzipped, base64), and its objects if they are to stand `apart`.
+def scene_data(log: dict) -> tuple[str, dict[str, bytes]]:
+    """The scene of a channel's `log` as text (its commands' keys and bytes, gzipped, base64), and its objects apart.
 
-    Objects that stand apart are named by their content, and only their names are in the text.
+    Objects are named by their content, and only their names are in the text.
     """
-    commands = channel.log
-    objects = {key: data for key, data in commands.items() if apart and key[0] == "set_object"}
-    names = {key: name_of(data) for key, data in objects.items()}
-    head = [[*key, names.get(key, len(data))] for key, data in commands.items()]
-    rest = [data for key, data in commands.items() if key not in names]
-    return _base64(_gzip(_packed(head, rest))), {names[key]: data for key, data in objects.items()}
+    names = {key: name_of(data) for key, data in log.items() if key[0] == "set_object"}
+    head = [[*key, names.get(key, len(data))] for key, data in log.items()]
+    rest = [data for key, data in log.items() if key not in names]
+    return _base64(_gzip(_packed(head, rest))), {name: log[key] for key, name in names.items()}
 
 
 def packed_objects(objects: dict[str, bytes]) -> str:
@@ -45,24 +43,7 @@ def unpacked_objects(text: str) -> dict[str, bytes]:
     return out
 
 
-def page(channel, config: dict | None = None) -> str:
-    """The whole scene as one page that needs nothing else."""
-    data = f'<script type="text/plain" id="scene">{scene_data(channel)[0]}</script>'
-    viewer = f'<script type="text/plain" id="viewer">{_base64(packed()[1])}</script>'
-    start = f"<script>{script('start.js')}</script>"
-    return shell(config or {}).replace("<!--viewer-->", data + viewer + start)
-
-
-def frame(channel, config: dict, height: int, title: str) -> str:
-    """A sandboxed frame that holds `page`: scripts run, but cannot reach the page around it."""
-    style = f"width:100%;height:{height}px;border:0;display:block"
-    return (
-        f'<iframe class="omx-scene" sandbox="allow-scripts allow-downloads" loading="lazy" '
-        f'title="{html.escape(title)}" style="{style}" srcdoc="{html.escape(page(channel, config))}"></iframe>'
-    )
-
-
-def placeholder(channel, config: dict, height: int, title: str) -> str:
+def placeholder(log: dict, config: dict, height: int, title: str) -> str:
     """A mark that the site's script (`write_site_script`) turns into a frame when the reader comes near.
 
     It holds the whole scene. A site may take out of it (`data-objects`) what its script already has. For paper there is
@@ -70,12 +51,12 @@ def placeholder(channel, config: dict, height: int, title: str) -> str:
     """
     from .poster import poster
 
-    scene, objects = scene_data(channel, apart=True)
+    scene, objects = scene_data(log)
     config = html.escape(json.dumps(config, separators=(",", ":")), quote=False).replace("'", "&#39;")
     return (
         f'<div class="omx-scene" role="img" aria-label="{html.escape(title)}" style="width:100%;height:{height}px" '
         f'data-config=\'{config}\' data-scene="{scene}" data-objects="{packed_objects(objects)}" '
-        f'data-poster="{_base64(poster(channel.log, height))}"></div>'
+        f'data-poster="{_base64(poster(log, height))}"></div>'
     )
 
 

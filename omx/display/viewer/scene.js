@@ -10,7 +10,7 @@
   } catch (error) {
     pane.textContent = "This browser offers no WebGL, so the 3-D scene cannot be drawn (" + error.message + ").";
     pane.style.font = "14px sans-serif";
-    window.omxScene = { apply() {}, theme() {}, capture: () => null };
+    window.omxScene = { apply() {}, theme() {} };
     return;
   }
 
@@ -254,24 +254,9 @@
   showPlayer();
   resize();
 
-  window.omxScene = {
-    viewer,
-    apply(commands) {
-      for (const c of commands) take(c);
-      pane.style.visibility = "";
-    },
-    capture() { return viewer.capture_image(); },
-    picture, extra, save, theme,
-    transforms(message) { said.transforms(message); },
-    button(...about) { // before the dots
-      const b = button(...about);
-      more.before(b);
-      return b;
-    },
-  };
-
-  // ---- in a page without a kernel, the page around the frame speaks to it ------------------------------------
+  // ---- in a page without a kernel, the page around the frame speaks to it: tool.js and dh_row.js hear more -------
   const said = {
+    theme(message) { theme(message.dark); },
     transforms({ nodes, visible, branch }) {
       if (viewer.animator.playing) play.click();
       const words = (path) => path.split("/").filter(Boolean);
@@ -293,4 +278,18 @@
   window.addEventListener("message", ({ data, source }) => {
     if (source === window.parent && source !== window && Object.hasOwn(said, data?.omx)) said[data.omx](data);
   });
+
+  window.omxScene = {
+    viewer,
+    apply(commands) {
+      for (const c of commands) take(c);
+      pane.style.visibility = "";
+    },
+    picture, extra, save, theme, said,
+    button(...about) { // before the dots
+      const b = button(...about);
+      more.before(b);
+      return b;
+    },
+  };
 })();

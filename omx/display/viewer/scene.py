@@ -4,7 +4,7 @@ import os
 
 import numpy as np
 
-from ...arrays import as_number, as_word
+from ...arrays import as_four, as_number, as_word
 from ...errors import BadInput
 from ..palette import INK, VERMILION
 from . import annotations, environment, html_export
@@ -13,7 +13,7 @@ from .channel import Channel
 from .environment import Camera
 from .threejs import Drawing
 
-#: Set to `static` or `shared`, scenes show themselves as HTML instead of a live widget: see `Scene.static_html`.
+#: Set to `shared`, scenes show themselves as HTML instead of a live widget: see `Scene.static_html`.
 MODE = "OMX_VIEW"
 
 
@@ -84,7 +84,7 @@ class Scene:
 
     def label(self, name: str, text: str, at, *, colour=INK) -> None:
         """Words at the point `at` (3,) mm that always face the reader; `q_1` sets a subscript."""
-        self._note(name, Drawing().label(text, _vector("at", at), colour))
+        self._note(name, Drawing().label(text, _vector("at", at), annotations.as_hex(colour)))
 
     def path(self, points, *, name: str = "path", colour=VERMILION, radius: float = 1.2) -> None:
         """A line through `points` (N, 3) mm; a path of the same name is replaced."""
@@ -134,26 +134,24 @@ class Scene:
         if self._widget is None:
             from .widget import SceneWidget
 
-            config = {**self._config(), "shell": html_export.shell(self._config()), "start": script("start.js")}
-            self._widget = SceneWidget(self.channel, height=self.height, title=repr(self), config=config)
-            self._widget.on_drag = lambda pose, q: self.on_drag and self.on_drag(pose, q)
+            config = {"shell": html_export.shell(self._config()), "start": script("start.js")}
+            about = {"height": self.height, "title": repr(self), "config": config}
+            self._widget = SceneWidget(self.channel, lambda *told: self.on_drag(*told), **about)
         return self._widget
 
-    def static_html(self, *, shared: bool = False) -> str:
-        """The scene as HTML without a kernel: sandboxed, fetching nothing, animated if an animation is set.
+    def static_html(self) -> str:
+        """The scene as HTML without a kernel, animated if an animation is set: a mark of a few kB.
 
-        `shared=True` gives a placeholder of a few kB instead, for pages that load the script of
-        `write_site_script` once.
+        A page that shows it loads the script of `write_site_script` once. For a page that needs nothing else, press
+        `html` in the scene.
         """
-        if not shared:
-            return html_export.frame(self.channel, self._config(), self.height, repr(self))
-        return html_export.placeholder(self.channel, self._config(), self.height, repr(self))
+        return html_export.placeholder(self.channel.log, self._config(), self.height, repr(self))
 
     def __repr__(self) -> str:
         return "3-D scene"
 
     def _repr_mimebundle_(self, include=None, exclude=None) -> dict:
-        return mimebundle(self, self)
+        return mimebundle(self)
 
     def _note(self, name: str, drawing: Drawing, matrix=None) -> None:
         placed = None if matrix is None else _matrix(matrix)
@@ -164,12 +162,11 @@ class Scene:
                 self.channel.place(f"/meshcat/notes/{name}", placed)
 
 
-def mimebundle(scene: Scene, shown) -> dict:
-    """What a cell shows for `shown`, a scene or a panel around one: a live widget, or HTML where `OMX_VIEW` asks."""
-    mode = os.environ.get(MODE, "")
-    if mode in ("static", "shared"):
-        return {"text/plain": repr(shown), "text/html": shown.static_html(shared=mode == "shared")}
-    model = scene.widget if shown is scene else shown
+def mimebundle(shown) -> dict:
+    """What a cell shows for a scene or a panel: a live widget, or HTML where `OMX_VIEW` asks."""
+    if os.environ.get(MODE) == "shared":
+        return {"text/plain": repr(shown), "text/html": shown.static_html()}
+    model = shown.widget if isinstance(shown, Scene) else shown
     view = {"version_major": 2, "version_minor": 0, "model_id": model.model_id}
     return {"text/plain": repr(shown), "application/vnd.jupyter.widget-view+json": view}
 
@@ -196,7 +193,7 @@ def _pose_matrix(pose):
     """T_base_target of [x, y, z, pitch]: the tool lies in the vertical plane through the base axis."""
     if np.shape(pose) != (4,):
         return _matrix(pose)
-    x, y, z, pitch = (float(v) for v in pose)
+    x, y, z, pitch = as_four(pose, "pose", "[x, y, z, pitch] in mm and rad")
     yaw = np.arctan2(y, x)
     c, s, cp, sp = np.cos(yaw), np.sin(yaw), np.cos(pitch), np.sin(pitch)
-    return _matrix([[c * cp, c * sp, -s, x], [s * cp, s * sp, c, y], [sp, -cp, 0, z], [0, 0, 0, 1]])
+    return np.array([[c * cp, c * sp, -s, x], [s * cp, s * sp, c, y], [sp, -cp, 0, z], [0, 0, 0, 1]])

@@ -13,13 +13,14 @@ SCALE = 0.026
 JOINT, SLIDER, LINK, TOOL = (58, 61, 66), (72, 92, 120), (150, 155, 162), (205, 92, 30)
 
 
-def drawings(chain, scale: float, colour=None, opacity: float = 1.0) -> dict[int, Drawing]:
-    """One drawing a frame for the joints and links of `chain`; `scale` (mm) is about the radius of a link.
+def drawings(chain, colour=None, opacity: float = 1.0) -> dict[int, Drawing]:
+    """One drawing a frame for the joints and links of `chain`, as thick as suits its reach.
 
     Joint i lies on the z axis of frame i - 1 and is drawn there; the link that it moves (d along that axis, then
     a along x) is drawn in frame i, its far end. A prismatic joint is a box that its link's rod slides through.
     `colour` (three integers) paints it all.
     """
+    scale = SCALE * reach(chain)
     solids = {i: Solid() for i in range(len(chain.rows) + 1)}
     for i, row in enumerate(chain.rows):
         _joint(solids[i], row.prismatic, scale)

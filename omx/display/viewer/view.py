@@ -5,7 +5,7 @@ from itertools import zip_longest
 
 import numpy as np
 
-from ...arm import HOME, LIMITS
+from ...arm import HOME
 from ...arrays import as_number, shown
 from ...dh import Chain, link_matrix
 from ...errors import BadInput
@@ -13,9 +13,9 @@ from ...geometry import COURSE, as_geometry
 from ...kinematics import pose as tool_pose
 from ...kinematics import warn_if_replaced
 from ..palette import PALETTE
-from . import animation, annotations, environment, skeleton
+from . import annotations, commands, environment, skeleton
 from .arm_data import arm_data, chain_data
-from .arm_drawings import arm_drawings, finger_drawings, ghost_drawings, is_our_arm
+from .arm_model import arm_drawings, finger_drawings, ghost_drawings, is_our_arm
 from .environment import Camera
 from .moving_parts import Figure, Trail
 from .scene import Scene
@@ -41,10 +41,7 @@ class View(Scene):
         self.geometry = as_geometry(geometry)
         floor = -8.0 if plate else 0.0
         super().__init__(height=height, camera=camera, aim=(0.075, 0.0, 0.15), distance=1.1, floor=floor)
-        with self.channel.batch():
-            self._show(geometry.chain, "OpenMANIPULATOR-X", arm_drawings(geometry, plate), q)
-            for name, drawing in finger_drawings(geometry).items():
-                self.channel.draw(f"/meshcat/arm/4/{name}", drawing)
+        self._show(geometry.chain, q, plate)
 
     @classmethod
     def of_chain(cls, chain, q=None, *, height=420, camera=Camera.ISO) -> "View":
@@ -56,22 +53,23 @@ class View(Scene):
         size = skeleton.reach(chain)
         aim, distance = (0.0, 0.0, 0.25e-3 * size), 3.4e-3 * size
         Scene.__init__(view, height=height, camera=camera, aim=aim, distance=distance)
-        drawings = skeleton.drawings(chain, skeleton.SCALE * size)
-        view._show(chain, chain.name, drawings, [0.0] * len(chain) if q is None else q)
+        view._show(chain, [0.0] * len(chain) if q is None else q)
         return view
 
-    def _show(self, chain, name: str, drawings, q) -> None:
-        self.chain, self.name = chain, name
+    def _show(self, chain, q, plate: bool = False) -> None:
+        self.chain = chain
         self._triads = self._trail = None
         self.shown_frames: tuple[int, ...] = ()
         self._ghosts: list[Figure] = []
         self.has_section = self._animated = False
         self._opacity, self._gripper = 1.0, 0.0
-        self.let_drag(LIMITS if self._is_ours else chain.limits, handle=False)
+        self.let_drag(chain.limits, handle=False)
         self.on_drag = self._dragged
         with self.channel.batch():
-            self._figure = Figure(self.channel, "/meshcat/arm", drawings)
+            self._figure = Figure(self.channel, "/meshcat/arm", arm_drawings(chain, self.geometry, plate))
             self.q = q
+            for name, drawing in finger_drawings(self.geometry).items():
+                self.channel.draw(f"/meshcat/arm/4/{name}", drawing)
 
     # -- the pose -----------------------------------------------------------------------------------------
 
@@ -155,7 +153,7 @@ class View(Scene):
                 self._ghosts = []
                 self.channel.delete("/meshcat/ghosts")
             for k in range(len(self._ghosts), len(qs)):
-                drawings = ghost_drawings(self.geometry, self.chain, annotations.rgb(PALETTE[k % len(PALETTE)]))
+                drawings = ghost_drawings(self.chain, self.geometry, annotations.rgb(PALETTE[k % len(PALETTE)]))
                 self._ghosts.append(Figure(self.channel, f"/meshcat/ghosts/{k}", drawings))
             for ghost, q in zip_longest(self._ghosts, qs):
                 ghost.show(q is not None)
@@ -223,7 +221,7 @@ class View(Scene):
             tracks[f"/meshcat/notes/{name}"] = poses
         with self.channel.batch():
             self.q = rows[0]
-            self.channel.put("set_animation", "", animation.play(tracks, seconds, loop))
+            self.channel.put("set_animation", "", commands.play(tracks, seconds, loop))
             self._animated = True
 
     def let_drag(self, limits, *, handle: bool, inverse=None) -> None:
@@ -234,10 +232,6 @@ class View(Scene):
         """
         self._limits, self._handle, self._inverse = limits, handle, inverse
 
-    def follow_drags(self, follow: bool) -> None:
-        """Does the solid arm follow a dragged tool, or only a ghost? A robot's arm stands where the robot is."""
-        self.channel.set("/meshcat/arm", "follows", follow)
-
     # -- inside -------------------------------------------------------------------------------------------
 
     def __repr__(self) -> str:
@@ -245,12 +239,12 @@ class View(Scene):
             values = (f"{_tidy(v)} mm" if row.prismatic else f"{_tidy(math.degrees(v))} deg"
                       for v, row in zip(self._q, self.chain.rows, strict=True))  # fmt: skip
             x, y, z = map(_tidy, self.chain.fk(self._q)[:3, 3])
-            return f"{self.name} at ({', '.join(values)}), tool at x = {x}, y = {y}, z = {z} mm"
+            return f"{self.chain.name} at ({', '.join(values)}), tool at x = {x}, y = {y}, z = {z} mm"
         angles = ", ".join(_tidy(math.degrees(v)) for v in self._q)
         *position, pitch = tool_pose(self._q, self.geometry)
         x, y, z = map(_tidy, position)
         tool = f"tool at x = {x}, y = {y}, z = {z} mm, pitch = {_tidy(math.degrees(pitch))} deg"
-        return f"{self.name} at q = ({angles}) deg, {tool}"
+        return f"{self.chain.name} at q = ({angles}) deg, {tool}"
 
     def check(self, q) -> tuple[float, ...]:
         try:
@@ -262,12 +256,8 @@ class View(Scene):
             raise BadInput(f"`q` must be {wanted}; got {q!r}.")
         return values
 
-    @property
-    def _is_ours(self) -> bool:
-        return self.geometry is not None and is_our_arm(self.geometry)
-
     def _config(self) -> dict:
-        if self._is_ours:
+        if is_our_arm(self.geometry):
             about = arm_data(self.geometry, self._limits)
         else:
             about = chain_data(self.chain, self._limits, self._inverse)
@@ -280,7 +270,7 @@ class View(Scene):
     def _stop(self) -> None:
         if self._animated:
             self._animated = False
-            self.channel.put("set_animation", "", animation.nothing())
+            self.channel.put("set_animation", "", commands.stop_playing())
 
 
 def _tidy(value: float) -> str:

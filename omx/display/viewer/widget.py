@@ -47,10 +47,10 @@ class SceneWidget(anywidget.AnyWidget):
     bundle = traitlets.Instance(ipywidgets.Widget).tag(sync=True, **ipywidgets.widget_serialization)
     scene = traitlets.Dict().tag(sync=True)
 
-    def __init__(self, channel: Channel, **traits):
-        self._channel = channel
+    def __init__(self, channel: Channel, on_drag, **traits):
+        """`on_drag(pose, q)` hears where the reader drags the tool: see `Scene.on_drag`."""
+        self._channel, self._on_drag = channel, on_drag
         super().__init__(key=uuid.uuid4().hex, bundle=bundle(), **traits)
-        self.on_drag = None
         channel.attach(self._post)
         self.on_msg(self._on_message)
 
@@ -70,5 +70,5 @@ class SceneWidget(anywidget.AnyWidget):
         """A page says how far it is (one that has missed something is sent the whole scene), or where it is dragged."""
         if content.get("event") == "hello" and content.get("seq") != self._channel.seq:
             self._post(*self._channel.replay())
-        if content.get("event") == "dragged" and self.on_drag is not None:
-            self.on_drag(content["pose"], content["q"])
+        if content.get("event") == "dragged":
+            self._on_drag(content["pose"], content["q"])
