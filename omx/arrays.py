@@ -261,8 +261,10 @@ def stacked(entries, like):
 
 
 def fill(out, entries):
-    """Write nested tuples of columns (or plain numbers) into the trailing axes of `out`, row by row."""
-    for i, row in enumerate(entries):
-        for j, entry in enumerate(row):
-            out[..., i, j] = entry
+    """Write columns (or plain numbers), or a tuple of tuples of them, into the last axis of `out`, or the last two."""
+    for i, entry in enumerate(entries):
+        if isinstance(entry, tuple):
+            fill(out[..., i, :], entry)
+        else:
+            out[..., i] = entry
     return out

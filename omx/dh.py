@@ -107,6 +107,11 @@ class Chain:
     def __repr__(self) -> str:
         return f"Chain({self.name!r}, joints {', '.join(self.names)})"
 
+    @property
+    def size(self) -> float:
+        """The lengths of all rows together (mm): what is small for this arm is a share of it."""
+        return float(sum(abs(float(row.d)) + abs(float(row.a)) for row in self.rows))
+
     def matrices(self, q):
         """The link matrices A_1 .. A_n: (..., n, 4, 4), mm; a list of SymPy matrices for symbolic input.
 
@@ -188,10 +193,19 @@ class Chain:
         if np.shape(q) not in ((len(self),), (len(self), 1), (1, len(self))):
             raise BadInput(f"`q` must be {len(self)} symbols or numbers, one a joint; got shape {np.shape(q)}.")
         links = [
-            sp.Matrix(_link(exact(row), _variable(variable), sp.cos, sp.sin))
+            sp.Matrix(_link(exact(row), as_expression(variable), sp.cos, sp.sin))
             for row, variable in zip(self.rows, np.ravel(q).tolist(), strict=True)
         ]
         return [*links[:-1], links[-1] * exact_transform(self.tool)]
+
+
+def as_chain(value, name: str = "chain", numbers: bool = False) -> Chain:
+    """`value`, if it is a `Chain`, and without symbols where `numbers` are wanted; `BadInput` otherwise."""
+    if not isinstance(value, Chain):
+        raise BadInput(f"`{name}` must be an omx.Chain; got {shown(value)}.")
+    if numbers and value._is_symbolic(np.zeros(len(value))):
+        raise BadInput(f"`{name}` must hold numbers; {value!r} has symbols in it: give them values first.")
+    return value
 
 
 def as_table(rows) -> tuple[DHRow, ...]:
@@ -361,16 +375,16 @@ def exact_angle(value):
     return constant + rest
 
 
-def _variable(value):
-    """A joint's variable for SymPy: a symbol, an expression or a number."""
+def as_expression(value):
+    """`value` as SymPy's. `BadInput` for what is no number and no expression: text is never evaluated."""
     import sympy as sp
 
     try:
         expression = sp.sympify(value, strict=True)
-    except (sp.SympifyError, TypeError, ValueError, AttributeError):
+    except (sp.SympifyError, TypeError, ValueError, AttributeError, OverflowError):
         expression = None
     if not isinstance(expression, sp.Expr):
-        raise BadInput(f"`q` must be symbols, expressions or numbers; it holds {shown(value)}.")
+        raise BadInput(f"an expression or a number is wanted; got {shown(value)}.")
     return expression
 
 
@@ -387,10 +401,8 @@ def limit_violations(
     """One `Violation` for each value of `q` more than `slack` (rad, or mm where `prismatic`) outside its limits."""
     found = []
     for value, (low, high), name, slides in zip(q, limits, names, prismatic or repeat(False), strict=False):
-        if value < low - slack:
-            found.append(Violation(name, value, low, slides))
-        elif value > high + slack:
-            found.append(Violation(name, value, high, slides))
+        if not low - slack <= value <= high + slack:
+            found.append(Violation(name, value, low if value < low else high, slides))
     return tuple(found)
 
 

@@ -206,8 +206,8 @@ class BusTimeout(BusError):
     def __init__(self, port: str, doing: str, missing, answered=()):
         self.doing, self.missing, self.answered = doing, tuple(missing), tuple(answered)
         first, *rest = self.missing
-        after = f"; {_listed(rest)} come after it in turn and stay silent" if rest else ""
-        before = f" ({_listed(self.answered)} did{after})" if self.answered else after
+        after = f"; {listed(rest)} come after it in turn and stay silent" if rest else ""
+        before = f" ({listed(self.answered)} did{after})" if self.answered else after
         super().__init__(
             port,
             f"servo {first} did not answer{before}. It was asked to {doing}. Is the 12 V supply on, and the cable "
@@ -437,7 +437,8 @@ def _gone(missing, answered) -> str:
     return f"servo {_enumerated(missing)} no longer answers: look at its cable. The others hold; it may have no power."
 
 
-def _listed(ids) -> str:
+def listed(ids) -> str:
+    """Numbers or names in a row: `11, 12 and 13`."""
     *most, last = map(str, ids)
     return f"{', '.join(most)} and {last}" if most else last
 

@@ -7,7 +7,7 @@ from types import ModuleType
 import sympy as sp
 
 from ..arrays import shown
-from ..dh import Chain, exact_transform
+from ..dh import Chain, as_chain, exact_transform
 from ..errors import BadInput
 from .function import Function
 from .store import write
@@ -16,8 +16,7 @@ from .symbolic import dh_matrix, exact
 
 def chain_functions(chain: Chain) -> list[Function]:
     """`frames` (T_0_1 .. T_0_n) and `transform` (T_0_n) of `chain`, each entry a named step from the one before."""
-    if not isinstance(chain, Chain):
-        raise BadInput(f"`chain` must be an omx.Chain; got {shown(chain)}.")
+    chain = as_chain(chain)
     joints = [sp.Symbol(name, real=True) for name in chain.names]
     steps: list[tuple[sp.Symbol, sp.Expr]] = []
     frames: list[sp.Matrix] = []
@@ -50,8 +49,7 @@ def write_chain(
     Entries of the rows may be numbers or SymPy expressions; `parameters` gives each symbol in them its value. The other
     arguments are those of `write`. What the chain has as `base` and `tool` is in the formulas, not in `dh_rows`.
     """
-    if not isinstance(chain, Chain):
-        raise BadInput(f"`chain` must be an omx.Chain; got {shown(chain)}.")
+    chain = as_chain(chain)
     if parameters is not None and not isinstance(parameters, Mapping):
         raise BadInput(f"`parameters` must give each symbol its value; got {shown(parameters)}.")
     parameters = dict(parameters or {})

@@ -130,14 +130,10 @@ def _imports(words: Mapping[str, str]) -> list[str]:
     paragraphs = []
     for group in (("math",), ("omx.arrays", "omx.dh")):
         found = [(module, [word for word in sorted(words) if words[word] == module]) for module in group]
-        lines = [_import(module, names) for module, names in found if names]
+        lines = [f"from {module} import {', '.join(names)}" for module, names in found if names]
         if lines:
             paragraphs.append("\n".join(lines) + "\n")
     return paragraphs
-
-
-def _import(module: str, names: list[str]) -> str:
-    return f"from {module} import {', '.join(names)}"
 
 
 def _parameters(values: Mapping[sp.Symbol, sp.Expr], printer: Printer) -> str:

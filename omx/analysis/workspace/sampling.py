@@ -15,7 +15,7 @@ import numpy as np
 
 from ... import kinematics
 from ...arm import LIMITS
-from ...arrays import as_count, as_number, shown
+from ...arrays import as_count, shown
 from ...dh import Chain, as_limits
 from ...errors import BadInput
 from ...geometry import COURSE, Geometry, as_arm
@@ -27,8 +27,8 @@ BLOCK = 65_536
 #: Samples that one call of the executor works on.
 TASK = 16 * BLOCK
 
-#: The most samples and cells of one count, and the smallest number that counts as positive.
-MOST_SAMPLES, MOST_CELLS, TINY = 10**12, 10**8, 1e-6
+#: The most samples and cells of one count.
+MOST_SAMPLES, MOST_CELLS = 10**12, 10**8
 
 
 class Executor(Protocol):
@@ -74,13 +74,13 @@ def sample_joints(samples: int, seed: int = 0, geometry: Geometry | Chain = COUR
 
     `limits`: the chain's own, or `omx.LIMITS`, if left out. Raises `BadInput`.
     """
-    job = _job(samples, seed, _arm(geometry), limits)
+    job = _job(samples, seed, as_arm(geometry, numbers=True), limits)
     return np.vstack([_block(job, i) for i in range(-(-job.samples // BLOCK))])
 
 
 def tips(q, geometry: Geometry | Chain = COURSE) -> np.ndarray:
     """The tip's position (..., 3), mm, for joint values q (..., joints)."""
-    geometry = _arm(geometry)
+    geometry = as_arm(geometry, numbers=True)
     if isinstance(geometry, Chain):
         return geometry.fk(q)[..., :3, 3]
     return np.asarray(kinematics.pose(q, geometry))[..., :3]
@@ -95,7 +95,7 @@ def count_plane(samples: int, seed: int = 0, *, geometry: Geometry | Chain = COU
     threads if left out. `progress(share)`, 0 .. 1, is called as the work proceeds. The counts do not depend on either.
     Raises `BadInput`.
     """
-    geometry, step = _arm(geometry), as_number(step, "step", "the side of a cell in mm, more than 0", TINY)
+    geometry = as_arm(geometry, numbers=True)
     (z_low, z_high), reach = _span(geometry, limits)
     axes = (centres(-reach if isinstance(geometry, Geometry) else 0.0, reach, step), centres(z_low, z_high, step))
     return _count(_job(samples, seed, geometry, limits, axes, step), _plane, executor, progress)
@@ -104,7 +104,7 @@ def count_plane(samples: int, seed: int = 0, *, geometry: Geometry | Chain = COU
 def count_space(samples: int, seed: int = 0, *, geometry: Geometry | Chain = COURSE, limits=None, step: float = 10.0,
                 executor: Executor | None = None, progress=None) -> Counts:  # fmt: skip
     """Tips in cubes of space: `counts` with the axes x, y, z; the other arguments are those of `count_plane`."""
-    geometry, step = _arm(geometry), as_number(step, "step", "the side of a cell in mm, more than 0", TINY)
+    geometry = as_arm(geometry, numbers=True)
     (z_low, z_high), reach = _span(geometry, limits)
     axes = (*[centres(-reach, reach, step)] * 2, centres(z_low, z_high, step))
     return _count(_job(samples, seed, geometry, limits, axes, step), _space, executor, progress)
@@ -210,12 +210,4 @@ def _job(samples, seed, geometry, limits, axes=(), step=0.0) -> _Job:
     if prod(map(len, axes)) > MOST_CELLS:
         raise BadInput(f"`step` = {step:g} mm makes {prod(map(len, axes)):.1e} cells; the most are {MOST_CELLS:.0e}.")
     samples = as_count(samples, "samples", most=MOST_SAMPLES)
-    return _Job(samples, as_count(seed, "seed", 0), geometry, _limits(geometry, limits), axes, step)
-
-
-def _arm(geometry) -> Geometry | Chain:
-    """The arm, if it has numbers."""
-    arm = as_arm(geometry)
-    if isinstance(arm, Chain) and arm._is_symbolic(np.zeros(len(arm))):
-        raise BadInput(f"{arm!r} has symbols in its rows: give them values first.")
-    return arm
+    return _Job(samples, as_count(seed, "seed", 0), geometry, _limits(geometry, limits), axes, float(step))
