@@ -17,6 +17,8 @@ from ..fault_table import GAINS, MENDS
 from ..gravity import sagged
 
 HOLD_S = 0.2
+#: How long (s) a motor takes to its set-point when it goes on: it may have fallen from there while we were held up.
+CAREFUL_S = 4.0
 #: What was read longer ago (s), because the program was held up, is read again, so often at the most.
 STALE_S, STALE_TRIES = 0.1, 5
 #: A joint that is farther (ticks) from its own set-point than this is being held up by something.
@@ -157,10 +159,11 @@ class Servos:
             self.put_all(MODES, {servo: wanted})
 
     def _switch_on_here(self, servo: int) -> None:
-        self.slow(servo)
+        self.slow(servo, CAREFUL_S)
         if not self.get(servo, "torque_enable"):
             self.put(servo, "goal_position", self.within_limits(servo, self.get(servo, "present_position")))
         self.put(servo, "torque_enable", 1)
+        self.slow(servo)
 
     def soften(self, servos) -> None:
         """One after the other into the mode with limited current, each holding as it did."""
