@@ -76,7 +76,10 @@ def write(path, arm: Geometry | Chain = COURSE, *, maker_base: bool = False) -> 
     if not isinstance(path, (str, os.PathLike)) or not str(path):
         raise BadInput(f"`path` must be the path of a file; got {shown(path)}.")
     described = text(arm, maker_base=maker_base)
-    Path(path).write_text(described, encoding="utf-8", newline="\n")
+    try:
+        Path(path).write_text(described, encoding="utf-8", newline="\n")
+    except (OSError, ValueError) as error:
+        raise BadInput(f"cannot write {path}: {error}.") from None
     return Path(path)
 
 
