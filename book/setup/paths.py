@@ -43,20 +43,30 @@ def in_a_sentence(main):
 
     @functools.wraps(main)
     def told(*arguments):
+        status, said = 1, ""
         try:
-            return main(*arguments) or 0
+            status = main(*arguments) or 0
         except Stop as stop:
             said = stop
         except OSError as error:
             said = in_words(error)
-        print(f"run.py: {said}", file=sys.stderr)
-        return 1
+        try:
+            if sys.stdout:  # it may be closed
+                sys.stdout.flush()
+        except OSError as error:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is left unsaid must not be an error again at the end
+            status, said = 1, said or in_words(error)
+        if said:
+            print(f"run.py: {said}", file=sys.stderr)
+        return status
 
     return told
 
 
 def in_words(error):
-    """What an OSError of a tool means for who typed it."""
+    """What an OSError of a tool means for who typed it; nothing where whoever read along has gone."""
+    if isinstance(error, BrokenPipeError):
+        return ""
     if error.errno in FULL:
         return "The disk is full; make room and type the same again."
     if error.filename is None:

@@ -447,6 +447,15 @@ def test_a_list_that_nobody_reads_ends_without_a_traceback(clone, where, said):
     assert len(error.splitlines()) <= 1
 
 
+@pytest.mark.parametrize(("where", "said"), [("| true", ""), ("> /dev/full", "run.py: The disk is full"), (">&-", "")])
+def test_what_a_tool_says_to_nobody_ends_without_a_traceback(where, said):
+    tool = "from book.reader.solutions import main; import time; time.sleep(0.2); raise SystemExit(main(['3.1']))"
+    words = ["sh", "-c", f'"$0" -c "{tool}" {where}', sys.executable]
+    error = subprocess.run(words, cwd=ROOT, check=False, capture_output=True, text=True).stderr
+    assert said in error
+    assert len(error.splitlines()) == bool(said)
+
+
 @pytest.mark.skipif(paths.WINDOWS, reason="Windows has a profile instead of HOME")
 def test_where_nothing_can_be_written_a_folder_is_asked_for(clone):
     assert clone.run("test").returncode == 0
