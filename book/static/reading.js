@@ -35,7 +35,7 @@
   // Code, or a formula, a little too wide for the column gets a little smaller type; on a phone it scrolls.
   const SMALLEST = 0.83;
   const narrow = () => {
-    for (const block of document.querySelectorAll("div.cell_input pre, div.cell_output pre, div.math")) {
+    for (const block of document.querySelectorAll("div.cell_input pre, div.cell_output pre, mjx-container[display]")) {
       block.style.fontSize = "";
       const { paddingLeft, paddingRight, fontSize } = getComputedStyle(block);
       const padding = parseFloat(paddingLeft) + parseFloat(paddingRight);

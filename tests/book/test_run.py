@@ -703,6 +703,19 @@ def test_an_option_of_the_reader_replaces_ours_in_any_spelling(given, ours):
     assert said[0].split("=")[1] == given.partition("=")[2] or given == "--debug"
 
 
+def test_a_number_that_is_no_port_is_told():
+    lab.must_be_a_port(8888)
+    with pytest.raises(paths.Stop, match="80000 is no port"):
+        lab.must_be_a_port(80000)
+
+
+def test_a_folder_in_which_jupyter_can_keep_nothing_is_named(tmp_path):
+    lab.can_keep_files(tmp_path / "new")
+    (tmp_path / "file").touch()
+    with pytest.raises(paths.Stop, match=r"file/x \(Not a directory\): let JUPYTER_RUNTIME_DIR name a folder of yours"):
+        lab.can_keep_files(tmp_path / "file" / "x")
+
+
 def test_a_notebook_outside_is_named_with_the_way_to_open_it(tmp_path):
     notebook = tmp_path / "mine.ipynb"
     notebook.write_text("{}")
