@@ -19,7 +19,7 @@ from pathlib import Path
 import pytest
 
 from book.reader import lab
-from book.setup import installers, launch, lock, names, paths, settings
+from book.setup import installers, launch, lock, names, paths, settings, update
 from book.setup.paths import ROOT
 
 UV = shutil.which("uv", path=str(Path(sys.executable).parent)) or shutil.which("uv")
@@ -454,6 +454,18 @@ def test_what_a_tool_says_to_nobody_ends_without_a_traceback(where, said):
     error = subprocess.run(words, cwd=ROOT, check=False, capture_output=True, text=True).stderr
     assert said in error
     assert len(error.splitlines()) == bool(said)
+
+
+@pytest.mark.parametrize(
+    ("is_checkout", "said"), [(False, "is no git checkout"), (True, "the folder is somebody else's")]
+)
+def test_a_checkout_that_git_cannot_read_is_no_copy_without_git(tmp_path, monkeypatch, capsys, is_checkout, said):
+    if is_checkout:
+        (tmp_path / ".git").mkdir()
+    monkeypatch.setattr(update, "ROOT", tmp_path)
+    monkeypatch.setenv("PATH", "")
+    update.pull()
+    assert said in capsys.readouterr().out
 
 
 @pytest.mark.skipif(paths.WINDOWS, reason="Windows has a profile instead of HOME")
