@@ -14,9 +14,8 @@ from ..fault_table import Finding, judge, registers, sentences
 
 
 class ArmCondition(NamedTuple):
-    """What one look over the arm found: the `ids` that answer, their registers by name, and what there is to say."""
+    """What one look over the arm found: the registers of each servo by name, and what there is to say."""
 
-    ids: list[int]
     registers: dict[int, dict[str, int]]
     found: list[Finding]
     warnings: list[str]
@@ -89,7 +88,7 @@ def look_over(bus: Bus) -> ArmCondition:
     warnings += sentences(one for one in found if one.warns)
     if problems:
         raise NotReady(bus.name, problems)
-    return ArmCondition([servo for servo in ARM_IDS if servo in pings], at, found, warnings)
+    return ArmCondition(at, found, warnings)
 
 
 def _settings(bus: Bus, servos) -> tuple[dict[int, dict[str, int]], list[str]]:
