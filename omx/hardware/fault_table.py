@@ -22,6 +22,7 @@ from ..arm import (
     WARN_DEGREES,
     WARN_VOLTS,
 )
+from ..errors import BusError
 from .dynamixel import registers as reg
 from .dynamixel import units
 from .dynamixel.bus import Bus, again
@@ -129,6 +130,20 @@ def registers(bus: Bus, servos) -> dict[int, dict[str, int]]:
         for servo, values in again(bus.read_block, servos, what).items():
             at[servo] |= {row.name: value for row, value in zip(what.registers, values, strict=True)}
     return at
+
+
+def settings(bus: Bus, servos) -> tuple[dict[int, dict[str, int]], list[BusError]]:
+    """The `registers` of as many of `servos` as can be read, and why the others cannot."""
+    try:
+        return registers(bus, servos) if servos else {}, []
+    except BusError:  # one of them does not answer: which?
+        at, errors = {}, []
+        for servo in servos:
+            try:
+                at |= registers(bus, [servo])
+            except BusError as error:
+                errors.append(error)
+        return at, errors
 
 
 # ---- what the rows ask: each gives the facts for its text, or None ----

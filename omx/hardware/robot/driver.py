@@ -175,9 +175,6 @@ class Driver:
 
     def _health(self) -> NotReady | ObjectLost | None:
         wrong = self.monitor.health() or self.gripper.lost()
-        for warning in self.monitor.new_warnings:
-            _log.warning("%s", warning)
-        self.monitor.new_warnings.clear()
         if self.watcher.folding and isinstance(wrong, NotReady):  # the motors are about to go off, which helps best
             wrong = None
         self.watcher.hot = isinstance(wrong, NotReady)

@@ -57,13 +57,11 @@ class Monitor:
     """The joints on `bus`, looked at and judged. `seen`: when they were read last, and where each was (ticks).
 
     `offsets` (rad) are added to what is read; `known` is what was found, and told, when the arm was opened.
-    `new_warnings` are sentences that nobody has been told yet.
     """
 
     def __init__(self, bus: Bus, offsets=(0.0,) * 4, known: Iterable[Finding] = ()):
         self.bus, self.offsets = bus, offsets
         self.seen: tuple[float, dict[int, int]] = (-math.inf, {})
-        self.new_warnings: list[str] = []
         self._warned = {_whose(one): bus.clock.now() for one in known}  # when it was last so
         self._stall_since: dict[int, float] = {}
         self._health_at = bus.clock.now() + HEALTH_S  # opening has just looked
@@ -105,14 +103,14 @@ class Monitor:
         return True
 
     def health(self) -> NotReady | None:
-        """Voltage and temperature of the joints: what forbids going on; warnings are remembered."""
+        """Voltage and temperature of the joints: what forbids going on; a warning is said, once."""
         found = []
         for servo, values in again(self.bus.read_block, JOINTS, HEALTH).items():
             found += judge(servo, dict(zip((row.name for row in HEALTH.registers), values, strict=True)))
         now, warnings = self.bus.clock.now(), [one for one in found if one.warns]
-        self.new_warnings += sentences(
-            one for one in warnings if now - self._warned.get(_whose(one), -math.inf) > AWAY_S
-        )
+        new = [one for one in warnings if now - self._warned.get(_whose(one), -math.inf) > AWAY_S]
+        for sentence in sentences(new):
+            _log.warning("%s", sentence)
         self._warned |= {_whose(one): now for one in warnings}
         problems = sentences(one for one in found if one.forbids)
         return NotReady(f"{self.bus.name} holds: the arm", problems) if problems else None
