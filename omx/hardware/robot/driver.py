@@ -152,7 +152,7 @@ class Driver:
                 if not self.torque:
                     raise
                 raise rescue.port_lost(error) from error
-            if self.monitor.alert:
+            if self.bus.alerts.intersection(JOINTS):
                 self._fault()
             if self.torque:
                 self._judge(reading)

@@ -11,7 +11,6 @@ import weakref
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from ...arm import JOINT_IDS
 from ...errors import NotReady, OmxError, Stalled
 from .. import gravity
 from ..dynamixel import registers as reg
@@ -78,11 +77,6 @@ class Monitor:
 
     def _corrected(self, q) -> tuple[float, ...]:
         return tuple(angle + offset for angle, offset in zip(q, self.offsets, strict=True))
-
-    @property
-    def alert(self) -> bool:
-        """True if a joint's last answer said that it has a hardware error."""
-        return bool(self.bus.alerts & set(JOINT_IDS))
 
     def stall(self, reading: Reading, payload_g: float = 0.0) -> Stalled | None:
         """The joint that has been pushing on something for `STALL_S`, if one has; the weight it carries is nothing."""
