@@ -123,10 +123,10 @@ def sentences(found: Iterable[Finding]) -> list[str]:
     return [f"{'; '.join(each)}. {remedy}" for remedy, each in symptoms.items()]
 
 
-def registers(bus: Bus, servos) -> dict[int, dict[str, int]]:
+def registers(bus: Bus, servos, blocks=BLOCKS) -> dict[int, dict[str, int]]:
     """All that the rows judge, of `servos`: id -> name -> raw value. A lost answer is asked for again."""
     at: dict[int, dict[str, int]] = {servo: {} for servo in servos}
-    for what in BLOCKS:
+    for what in blocks:
         for servo, values in again(bus.read_block, servos, what).items():
             at[servo] |= {row.name: value for row, value in zip(what.registers, values, strict=True)}
     return at

@@ -15,7 +15,7 @@ from ...errors import NotReady, OmxError, Stalled
 from .. import gravity
 from ..dynamixel import registers as reg
 from ..dynamixel.bus import Bus, again
-from ..fault_table import HEALTH, Finding, judge, sentences
+from ..fault_table import HEALTH, Finding, judge, registers, sentences
 from ..safety import stalled
 from .servo_group import JOINTS
 
@@ -98,9 +98,8 @@ class Monitor:
 
     def health(self) -> NotReady | None:
         """Voltage and temperature of the joints: what forbids going on; a warning is said, once."""
-        found = []
-        for servo, values in again(self.bus.read_block, JOINTS, HEALTH).items():
-            found += judge(servo, dict(zip((row.name for row in HEALTH.registers), values, strict=True)))
+        at = registers(self.bus, JOINTS, (HEALTH,))
+        found = [one for servo in JOINTS for one in judge(servo, at[servo])]
         now, warnings = self.bus.clock.now(), [one for one in found if one.warns]
         new = [one for one in warnings if now - self._warned.get(_whose(one), -math.inf) > AWAY_S]
         for sentence in sentences(new):
@@ -138,8 +137,9 @@ class Watch:
     def alone(self):
         """For deciding what motors are on: one thread after the other, and no look in between."""
         with self._alone:
-            before, self._busy = self._busy, True
+            before = self._busy
             try:
+                self._busy = True
                 yield
             finally:
                 self._busy = before
