@@ -22,6 +22,7 @@ from ..arm import (
     WARN_DEGREES,
     WARN_VOLTS,
 )
+from ..errors import BusError
 from .dynamixel import registers as reg
 from .dynamixel import units
 from .dynamixel.bus import Bus, again
@@ -122,13 +123,27 @@ def sentences(found: Iterable[Finding]) -> list[str]:
     return [f"{'; '.join(each)}. {remedy}" for remedy, each in symptoms.items()]
 
 
-def registers(bus: Bus, servos) -> dict[int, dict[str, int]]:
+def registers(bus: Bus, servos, blocks=BLOCKS) -> dict[int, dict[str, int]]:
     """All that the rows judge, of `servos`: id -> name -> raw value. A lost answer is asked for again."""
     at: dict[int, dict[str, int]] = {servo: {} for servo in servos}
-    for what in BLOCKS:
+    for what in blocks:
         for servo, values in again(bus.read_block, servos, what).items():
             at[servo] |= {row.name: value for row, value in zip(what.registers, values, strict=True)}
     return at
+
+
+def settings(bus: Bus, servos) -> tuple[dict[int, dict[str, int]], list[BusError]]:
+    """The `registers` of as many of `servos` as can be read, and why the others cannot."""
+    try:
+        return registers(bus, servos) if servos else {}, []
+    except BusError:  # one of them does not answer: which?
+        at, errors = {}, []
+        for servo in servos:
+            try:
+                at |= registers(bus, [servo])
+            except BusError as error:
+                errors.append(error)
+        return at, errors
 
 
 # ---- what the rows ask: each gives the facts for its text, or None ----

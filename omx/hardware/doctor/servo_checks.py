@@ -3,10 +3,9 @@
 import math
 
 from ...arm import JOINT_IDS, STOPS
-from ...errors import BusError
 from ..dynamixel import units
 from ..dynamixel.bus import Bus, Ping
-from ..fault_table import judge, registers
+from ..fault_table import judge, settings
 from ..safety import Guard
 from .report import Report, explain
 
@@ -26,12 +25,9 @@ def what_they_are(report: Report, pings: dict[int, Ping]) -> list[int]:
 
 def how_they_are(bus: Bus, report: Report, servos, pose_deg=None) -> None:
     """Errors, voltage, temperature, settings, and whether the angles can be true (`pose_deg`: what you say it is)."""
-    seen = {}
-    for servo in servos:
-        try:
-            seen |= registers(bus, [servo])
-        except BusError as error:
-            report.findings += explain(error)
+    seen, errors = settings(bus, servos)
+    for error in errors:
+        report.findings += explain(error)
     for servo, at in seen.items():
         report.findings += judge(servo, at)
     on = [servo for servo in seen if seen[servo]["torque_enable"]]

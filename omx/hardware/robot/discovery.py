@@ -5,18 +5,17 @@ from itertools import chain
 from typing import NamedTuple
 
 from ...arm import ARM_IDS, GRIPPER_ID, JOINT_IDS
-from ...errors import BusError, NotReady, PortBusy, PortError
+from ...errors import NotReady, PortBusy, PortError
 from ..dynamixel import web_serial
 from ..dynamixel.bus import Bus
 from ..dynamixel.sdk import is_open_here
 from ..dynamixel.serial_line import find_ports
-from ..fault_table import Finding, judge, registers, sentences
+from ..fault_table import Finding, judge, sentences, settings
 
 
 class ArmCondition(NamedTuple):
-    """What one look over the arm found: the `ids` that answer, their registers by name, and what there is to say."""
+    """What one look over the arm found: the registers of each servo by name, and what there is to say."""
 
-    ids: list[int]
     registers: dict[int, dict[str, int]]
     found: list[Finding]
     warnings: list[str]
@@ -83,24 +82,10 @@ def look_over(bus: Bus) -> ArmCondition:
         warnings.append("no gripper: servo 15 does not answer")
     models = {servo: judge(servo, {"model_number": ping.model, "firmware_version": ping.firmware})
               for servo, ping in pings.items()}  # fmt: skip
-    at, errors = _settings(bus, [servo for servo in pings if not models[servo]])
+    at, errors = settings(bus, [servo for servo in pings if not models[servo]])
     found = [*chain(*models.values()), *chain(*(judge(servo, at[servo]) for servo in at))]
-    problems += [*errors, *sentences(one for one in found if one.forbids)]
+    problems += [*map(str, errors), *sentences(one for one in found if one.forbids)]
     warnings += sentences(one for one in found if one.warns)
     if problems:
         raise NotReady(bus.name, problems)
-    return ArmCondition([servo for servo in ARM_IDS if servo in pings], at, found, warnings)
-
-
-def _settings(bus: Bus, servos) -> tuple[dict[int, dict[str, int]], list[str]]:
-    """The registers of as many of `servos` as can be read, and why the others cannot."""
-    try:
-        return registers(bus, servos) if servos else {}, []
-    except BusError:  # one of them does not answer: which?
-        at, errors = {}, []
-        for servo in servos:
-            try:
-                at |= registers(bus, [servo])
-            except BusError as error:
-                errors.append(str(error))
-        return at, errors
+    return ArmCondition(at, found, warnings)

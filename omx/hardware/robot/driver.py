@@ -31,13 +31,12 @@ from ..dynamixel import units
 from ..dynamixel.bus import Bus, again, for_each
 from ..fault_table import judge, registers
 from ..safety import RAMP, Guard
-from . import gate
+from . import gate, rescue
 from .brake import Brake
 from .discovery import look_over
 from .gripper import Grip, Gripper
 from .monitor import Monitor, Reading, Watch
 from .push_by_current import Pushing
-from .rescue import LOOK_S, Rescue, port_lost
 from .servo_group import HOLD_SLACK, JOINTS, RESTING, Servos
 
 _log = logging.getLogger("omx.robot")
@@ -64,7 +63,6 @@ class Driver:
         self.brake = Brake(self.servos, self.monitor)
         self.gripper = Gripper(self.servos)
         self.push = Pushing(self.servos, self.monitor, self.brake)
-        self.rescue = Rescue(self.servos, self.condition.ids)
         self.streamed: tuple[float, ...] | None = None  # the last point of a stream
         self.commanding = threading.RLock()  # from the look at the arm to the goal: two threads must not mix theirs
         self.mode = "position"
@@ -102,7 +100,7 @@ class Driver:
             self.torque = True  # from the first one on
             self.watcher.troubles.clear()
             self.brake.holding, self.mode, self.streamed = True, "position", None
-            self.servos.switch_on(self.rescue.ids)
+            self.servos.switch_on(self.servos.ids)
         for one in self.condition.found:
             if one.mended and one.level != "note":
                 _log.warning("set back: %s.", one.symptom)
@@ -112,7 +110,7 @@ class Driver:
     def relax(self) -> None:
         """Torque off: **the arm falls**. Support it first, or `park` instead."""
         with self.watcher.alone():
-            for_each(self.rescue.ids, lambda servo: self.servos.put(servo, "torque_enable", 0))
+            for_each(self.servos.ids, lambda servo: self.servos.put(servo, "torque_enable", 0))
             self.torque, self.streamed = False, None
             self.push.joints.clear()
 
@@ -123,7 +121,7 @@ class Driver:
         """
         self.bus.refuse_if_read_only("restart a servo")
         with self.watcher.alone():
-            faulty = self.rescue.recover(self.torque)
+            faulty = rescue.recover(self.servos, self.torque)
             self.torque = any(self.servos.of_joints("torque_enable").values())
             self.watcher.troubles.clear()
         self.watcher.begin()
@@ -153,8 +151,8 @@ class Driver:
             except PortLost as error:
                 if not self.torque:
                     raise
-                raise port_lost(error) from error
-            if self.monitor.alert:
+                raise rescue.port_lost(error) from error
+            if self.bus.alerts.intersection(JOINTS):
                 self._fault()
             if self.torque:
                 self._judge(reading)
@@ -177,9 +175,6 @@ class Driver:
 
     def _health(self) -> NotReady | ObjectLost | None:
         wrong = self.monitor.health() or self.gripper.lost()
-        for warning in self.monitor.new_warnings:
-            _log.warning("%s", warning)
-        self.monitor.new_warnings.clear()
         if self.watcher.folding and isinstance(wrong, NotReady):  # the motors are about to go off, which helps best
             wrong = None
         self.watcher.hot = isinstance(wrong, NotReady)
@@ -190,9 +185,9 @@ class Driver:
     def _check_torque(self) -> None:
         """A motor that is off although we switched it on: an error, or a restart that nobody noticed."""
         with self.watcher.alone():
-            if self.torque and (off := self.rescue.off()):
+            if self.torque and (off := rescue.off(self.servos)):
                 self._fault()
-                self.rescue.catch(off)
+                rescue.catch(self.servos, off)
 
     def _check_fingers(self) -> None:
         """The same for the gripper's motor."""
@@ -201,7 +196,7 @@ class Driver:
                 raise TorqueOff
             if not self.servos.get(GRIPPER_ID, "torque_enable"):
                 again(self.bus.check_hardware, [GRIPPER_ID])
-                self.rescue.catch([GRIPPER_ID])
+                rescue.catch(self.servos, [GRIPPER_ID])
 
     # ---- when something is wrong ----
 
@@ -224,7 +219,7 @@ class Driver:
         self.halt()
         if self.torque:
             with self.watcher.alone():
-                self.rescue.find(error)
+                rescue.find(self.servos, error)
             self._check_torque()
 
     # ---- stopping ----
@@ -344,7 +339,7 @@ class Driver:
     def come_to_rest(self) -> tuple[float, ...]:
         """Where the joints' set-points stand (rad), once they do: a servo takes its old speed into a new motion."""
         slack = units.ANGLE.value(HOLD_SLACK)
-        for _ in range(round(1.0 / LOOK_S)):  # not a second: it may pass between two looks
+        for _ in range(round(1.0 / rescue.LOOK_S)):  # not a second: it may pass between two looks
             reading = self.watch()
             gaps = (abs(a - b) for a, b in zip(reading.aim, reading.q, strict=True))
             runs = any(reading.aim_speed) or max(gaps) > slack or self.moving
@@ -352,7 +347,7 @@ class Driver:
                 break
             if not (self.brake.holding and self.brake.moving):
                 self.stand()
-            self.clock.sleep(LOOK_S)
+            self.clock.sleep(rescue.LOOK_S)
         return reading.aim if self.torque else reading.q
 
     def send(self, goal, seconds: float, ramp: float, confirmed: bool = True) -> tuple[float, ...]:
@@ -373,7 +368,7 @@ class Driver:
     def check_settings(self) -> None:
         """Raise what became of the servos since they were set up: no torque, other modes."""
         self._check_torque()
-        self.rescue.check_settings()
+        rescue.check_settings(self.servos)
 
     def stream_to(self, q, seconds: float) -> Reading:
         """One small step of a stream: the joints are to be at `q` (rad) in `seconds`. Returns where they were.
@@ -407,7 +402,7 @@ class Driver:
                 self.brake.refuse_if_stopped_since(began)
                 if late >= 0 and (max(map(abs, reading.speed)) < RESTING or late > patience_s):
                     return reading
-                self.clock.sleep(LOOK_S)
+                self.clock.sleep(rescue.LOOK_S)
 
     def arrive(self, goal) -> Reading:
         """Wait for a move to `goal` (rad) to end; raises `NotArrived` if a joint is not there then, with the cause."""
@@ -458,7 +453,7 @@ class Driver:
         self.brake.refuse_if_latched()
         self.gripper.began = stops = self.brake.stops
         self.watcher.asked()
-        if GRIPPER_ID not in self.condition.ids:
+        if GRIPPER_ID not in self.servos.ids:
             raise NotReady(self.bus.name, ["no gripper: servo 15 does not answer"])
         self._check_fingers()
         with self.unbroken(_STOPS):

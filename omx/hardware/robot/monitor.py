@@ -11,12 +11,11 @@ import weakref
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from ...arm import JOINT_IDS
 from ...errors import NotReady, OmxError, Stalled
 from .. import gravity
 from ..dynamixel import registers as reg
 from ..dynamixel.bus import Bus, again
-from ..fault_table import HEALTH, Finding, judge, sentences
+from ..fault_table import HEALTH, Finding, judge, registers, sentences
 from ..safety import stalled
 from .servo_group import JOINTS
 
@@ -57,13 +56,11 @@ class Monitor:
     """The joints on `bus`, looked at and judged. `seen`: when they were read last, and where each was (ticks).
 
     `offsets` (rad) are added to what is read; `known` is what was found, and told, when the arm was opened.
-    `new_warnings` are sentences that nobody has been told yet.
     """
 
     def __init__(self, bus: Bus, offsets=(0.0,) * 4, known: Iterable[Finding] = ()):
         self.bus, self.offsets = bus, offsets
         self.seen: tuple[float, dict[int, int]] = (-math.inf, {})
-        self.new_warnings: list[str] = []
         self._warned = {_whose(one): bus.clock.now() for one in known}  # when it was last so
         self._stall_since: dict[int, float] = {}
         self._health_at = bus.clock.now() + HEALTH_S  # opening has just looked
@@ -80,11 +77,6 @@ class Monitor:
 
     def _corrected(self, q) -> tuple[float, ...]:
         return tuple(angle + offset for angle, offset in zip(q, self.offsets, strict=True))
-
-    @property
-    def alert(self) -> bool:
-        """True if a joint's last answer said that it has a hardware error."""
-        return bool(self.bus.alerts & set(JOINT_IDS))
 
     def stall(self, reading: Reading, payload_g: float = 0.0) -> Stalled | None:
         """The joint that has been pushing on something for `STALL_S`, if one has; the weight it carries is nothing."""
@@ -105,14 +97,13 @@ class Monitor:
         return True
 
     def health(self) -> NotReady | None:
-        """Voltage and temperature of the joints: what forbids going on; warnings are remembered."""
-        found = []
-        for servo, values in again(self.bus.read_block, JOINTS, HEALTH).items():
-            found += judge(servo, dict(zip((row.name for row in HEALTH.registers), values, strict=True)))
+        """Voltage and temperature of the joints: what forbids going on; a warning is said, once."""
+        at = registers(self.bus, JOINTS, (HEALTH,))
+        found = [one for servo in JOINTS for one in judge(servo, at[servo])]
         now, warnings = self.bus.clock.now(), [one for one in found if one.warns]
-        self.new_warnings += sentences(
-            one for one in warnings if now - self._warned.get(_whose(one), -math.inf) > AWAY_S
-        )
+        new = [one for one in warnings if now - self._warned.get(_whose(one), -math.inf) > AWAY_S]
+        for sentence in sentences(new):
+            _log.warning("%s", sentence)
         self._warned |= {_whose(one): now for one in warnings}
         problems = sentences(one for one in found if one.forbids)
         return NotReady(f"{self.bus.name} holds: the arm", problems) if problems else None
@@ -146,8 +137,9 @@ class Watch:
     def alone(self):
         """For deciding what motors are on: one thread after the other, and no look in between."""
         with self._alone:
-            before, self._busy = self._busy, True
+            before = self._busy
             try:
+                self._busy = True
                 yield
             finally:
                 self._busy = before

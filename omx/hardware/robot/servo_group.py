@@ -44,12 +44,14 @@ JOINTS = JOINT_IDS
 class Servos:
     """What is done to one servo, or to several, of `bus`. Raw values, but for seconds.
 
-    `at`: the registers of each as they were found, its limits among them; `pwm`: the most of its power that each joint
-    may use. `soft`: the joints that are on, and not in position mode. `payload_g`: what hangs on the gripper.
+    `at`: the registers of each as they were found, its limits among them; `ids`: who is there. `pwm`: the most of its
+    power that each joint may use. `soft`: the joints that are on, and not in position mode. `payload_g`: what hangs on
+    the gripper.
     """
 
     def __init__(self, bus: Bus, at: dict[int, dict[str, int]], pwm: dict[int, int], payload_g: float = 0.0):
         self.bus, self.at, self.pwm, self.payload_g = bus, at, pwm, payload_g
+        self.ids = sorted(at)
         on = [servo for servo in JOINTS if at[servo]["torque_enable"]]
         self.soft = {servo for servo in on if at[servo]["operating_mode"] != reg.MODES["position"]}
 

@@ -171,9 +171,8 @@ def _unpowered(which: Callable):
 
 def _blocked(arm, fault):
     joint = arm.joints[ARM_IDS.index(fault.servo)]
-    before = joint.low, joint.high
-    slack = abs(fault.value)
-    joint.low, joint.high = joint.angle - slack, joint.angle + slack
+    before, slack = (joint.low, joint.high), abs(fault.value)
+    joint.stops(joint.angle - slack, joint.angle + slack)
     return lambda: joint.stops(*before)
 
 

@@ -17,7 +17,6 @@ from .faults import Faults
 from .joint import Joint
 from .objects import Grasped
 from .servo import Servo
-from .servo_chain import Line
 from .world import EVERY
 
 STEP_S = 0.002
@@ -72,7 +71,6 @@ class VirtualArm:
         self._hand = (0.0,) * 5
         self._connected = None
         self.faults = Faults(self)
-        self.line = Line(self.servos)
         self._steps = 0
         self._events: list[tuple[float, object]] = []
         self._configure(settings or {})

@@ -24,7 +24,7 @@ from omx.errors import (
 )
 from omx.geometry import COURSE
 from omx.hardware.dynamixel.registers import MODES, PRESENT
-from omx.hardware.robot import Robot, modes
+from omx.hardware.robot import Robot, modes, rescue
 from omx.hardware.robot.calibration import Calibration
 from omx.hardware.simulator import SteppedClock, VirtualArm, VirtualPort
 from omx.hardware.simulator.virtual_port import VirtualSerial
@@ -171,14 +171,14 @@ def test_nothing_sets_off_between_the_rest_pose_and_the_torque(robot, monkeypatc
 
 def test_fingers_are_not_switched_on_again_while_another_thread_switches_off(robot, monkeypatch):
     robot.bus.write(15, "torque_enable", 0)
-    (other, _), catch = meanwhile(robot.relax), robot.driver.rescue.catch
+    (other, _), catch = meanwhile(robot.relax), rescue.catch
 
-    def slow(servos):
+    def slow(*args):
         other.start()
         other.join(0.3)
-        catch(servos)
+        catch(*args)
 
-    monkeypatch.setattr(robot.driver.rescue, "catch", slow)
+    monkeypatch.setattr(rescue, "catch", slow)
     with pytest.raises(ServoRestarted):
         robot.write_gripper(True)
     other.join()
@@ -195,10 +195,10 @@ def test_motors_that_another_thread_let_go_just_before_stay_off(robot, monkeypat
     if act == "hold":
         robot.write_currents([0, 0, 0, 0])
 
-    def late(change, *args):
+    def late():
         monkeypatch.undo()
         robot.relax()
-        return alone(change, *args)
+        return alone()
 
     monkeypatch.setattr(robot.driver.watcher, "alone", late)
     acts = {"recover": robot.recover, "grip": robot.grip, "push": lambda: robot.write_currents([0] * 4)}
