@@ -55,13 +55,13 @@ class ViewPanel(ipywidgets.VBox):
         """What `panel.js` has to know to make the controls of a page without a kernel."""
         raise NotImplementedError
 
-    def static_html(self) -> str:
+    def page_html(self) -> str:
         """The panel without a kernel: the scene in a mark that the site's script fills with sliders of its own.
 
         That script moves the arm by the generated formulas in JavaScript.
         """
         data = html.escape(json.dumps(self._static_data()))
-        return f'<div class="omx-panel" data-panel="{data}">{self.view.static_html()}</div>'
+        return f'<div class="omx-panel" data-panel="{data}">{self.view.page_html()}</div>'
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}: {self.view!r}"
