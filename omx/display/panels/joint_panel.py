@@ -49,9 +49,10 @@ class JointPanel(Panel):
 
     def _light(self, view: View, row: int) -> None:
         """All frames are in the scene; seen are those that were asked for, and that of `row`, 1 for the first."""
+        seen = {*self._shown, row} if row else self._shown
         with view.channel.batch():
             for i in range(len(view.chain) + 1):
-                view.channel.set(f"/meshcat/frames/{i}", "visible", i in self._shown or 0 < i == row)
+                view.channel.set(f"/meshcat/frames/{i}", "visible", i in seen)
 
     def _buttons(self, view: View):
         poses = {"zero": clipped((0.0,) * len(self.chain), self.chain.limits)}  # or the limit nearest to it

@@ -164,7 +164,8 @@ class View(Scene):
         """Draw the tool's way from now on; `trail(False)` removes it."""
         self.channel.delete(Trail.root)
         self._trail = Trail(self.channel) if on else None
-        self.q = self._q
+        if on:
+            self.q = self._q
 
     def section(self, *regions) -> None:
         """Fill plane figures in the arm's (r, z) plane, mm; they turn with joint 1. `section()` removes them.
