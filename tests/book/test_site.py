@@ -297,7 +297,7 @@ def test_what_two_scenes_hold_goes_to_the_sites_script_once(tmp_path, monkeypatc
     """The scenes of the kept runs give up their common objects, and nothing is lost."""
     shown = [View(omx.HOME), View(omx.ZERO)]
     shown[1].label("mine", "only here", (0, 0, 100))
-    outputs = [{"output_type": "display_data", "metadata": {}, "data": {"text/html": v.static_html()}}
+    outputs = [{"output_type": "display_data", "metadata": {}, "data": {"text/html": v.page_html()}}
                for v in shown]  # fmt: skip
     notebook = normalise({"cells": [*chapter(), code("view", outputs=outputs)], "nbformat": 4})
     notebook["cells"][-1]["outputs"] = outputs  # the normaliser stores no scenes

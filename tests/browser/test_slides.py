@@ -206,7 +206,7 @@ handout.print_all([Path(sys.argv[1])])"""
 def test_a_deck_with_a_scene_prints_the_same_bytes_in_another_folder_and_time_zone(built_site, tmp_path):
     view = View()
     view.trail()
-    scene = {"output_type": "display_data", "metadata": {}, "data": {"text/html": view.static_html()}}
+    scene = {"output_type": "display_data", "metadata": {}, "data": {"text/html": view.page_html()}}
     cells = [markdown("# A\n\nA [link](02-frames-and-dh.ipynb) to another deck.\n\n| a |\n|-|\n| 1 |", "slide"),
              code("2 + 3"), markdown("## B\n\nThe arm."), code("view", outputs=[scene])]  # fmt: skip
     made = []

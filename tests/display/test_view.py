@@ -434,7 +434,7 @@ def test_importing_the_view_needs_no_server():
         view = View()
         view.q = (0.1, 0.2, 0.3, 0.4)
         view.widget
-        assert 'class="omx-scene"' in view.static_html()
+        assert "<iframe" in view.static_html()
     """
     done = subprocess.run(
         [sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, timeout=60, check=False,
@@ -445,7 +445,7 @@ def test_importing_the_view_needs_no_server():
 
 @pytest.mark.parametrize(
     ("colour", "numbers"),
-    [("red", (200, 50, 43)), ("Blue", (0, 114, 178)), ("#ffffff", (255, 255, 255)), ("#0072B2", (0, 114, 178))],
+    [("red", (200, 50, 43)), ("Blue", (0, 114, 178)), ("#fff", (255, 255, 255)), ("#0072B2", (0, 114, 178))],
 )
 def test_a_colour_by_name_or_by_digits(colour, numbers):
     assert rgb(colour) == numbers

@@ -22,7 +22,7 @@ from ..viewer import skeleton
 from ..viewer.arm_data import branch_names
 from ..viewer.view import View
 from . import tables
-from .panel import Panel, as_view, side_by_side, slider_row
+from .panel import Panel, as_view
 
 #: The branch that is nearest to where the arm is.
 NEAREST = "nearest"
@@ -35,23 +35,17 @@ class BranchPanel(Panel):
     """Sliders for a pose under the arm, which takes the branch that is chosen; the others are ghosts.
 
     A panel of its own says which pose belongs to joint values (`_pose_of`), which answers to a pose (`_answers`), and
-    which of them is nearest (`_nearest`, or `OmxError`: then the arm stays). `spans`: low end, high end and unit of
-    each slider by its name.
+    which of them is nearest (`_nearest`, or `OmxError`: then the arm stays).
     """
 
-    def __init__(self, view: View, spans: dict[str, tuple], branches, q):
-        self._spans = spans
-        rows = [slider_row(name, low, high, 0.0, unit) for name, (low, high, unit) in spans.items()]
-        self.sliders = [slider for slider, _ in rows]
-        for slider in self.sliders:
-            slider.observe(self._heard, "value")
+    def __init__(self, view: View, rows, branches, q):
+        self._rows = rows
         self._choice = ipywidgets.Dropdown(options=[NEAREST, *branches], description="branch")
         self._choice.style.description_width = "48px"
         self._choice.observe(lambda _: self._keep(), "value")
-        self._text, self._notice = ipywidgets.HTML(), ipywidgets.HTML()
+        self._notice = ipywidgets.HTML()
         self._solutions, self._chosen, self._message = (), None, ""
-        controls = ipywidgets.VBox([*(line for _, line in rows), self._choice])
-        super().__init__(view, [side_by_side(controls, self._text), self._notice], q)
+        super().__init__(view, rows, q, below=[self._choice], after=[self._notice])
 
     @property
     def branch(self) -> str:
@@ -73,8 +67,7 @@ class BranchPanel(Panel):
         return self._message
 
     def _static_data(self) -> dict:
-        sliders = [(name, unit, low, high) for name, (low, high, unit) in self._spans.items()]
-        return {"q": self.q, "kind": "pose", "sliders": sliders}
+        return {"q": self.q, "kind": "pose", "sliders": self._rows}
 
     def _dragged(self, pose, q) -> None:
         """By its handle the tool is asked to a pose; a link that is pulled says where the joints are, and no pose."""
@@ -148,14 +141,10 @@ class PosePanel(BranchPanel):
             raise BadInput(f"a PosePanel shows this book's arm; {view!r} is of another chain.")
         self.geometry, self.chain = view.geometry, view.chain
         reach = math.ceil(sum((self.geometry.L2, self.geometry.L3, self.geometry.L4)))
-        spans = {
-            "x": (-reach, reach, "mm"),
-            "y": (-reach, reach, "mm"),
-            "z": (-200, math.floor(self.geometry.L1) + reach, "mm"),
-            "pitch": (-120, 120, "deg"),
-        }
+        rows = [("x", "mm", -reach, reach), ("y", "mm", -reach, reach)]
+        rows += [("z", "mm", -200, math.floor(self.geometry.L1) + reach), ("pitch", "deg", -120, 120)]
         view.let_drag(LIMITS, handle=True)
-        super().__init__(view, spans, branch_names(), q)
+        super().__init__(view, rows, branch_names(), q)
 
     @property
     def pose(self) -> tuple[float, float, float, float]:
@@ -205,11 +194,10 @@ class HandPanel(BranchPanel):
         self.inverse, self.chain = inverse, inverse.chain
         view = as_view(view or View.of_chain(self.chain, q))
         reach = math.ceil(skeleton.reach(self.chain))
-        spans = dict.fromkeys("xyz", (-reach, reach, "mm")) | {
-            name: (-turn, turn, "deg") for name, turn in (("roll", 180), ("pitch", 90), ("yaw", 180))
-        }
+        rows = [(name, "mm", -reach, reach) for name in "xyz"]
+        rows += [(name, "deg", -turn, turn) for name, turn in (("roll", 180), ("pitch", 90), ("yaw", 180))]
         view.let_drag(self.chain.limits, handle=True, inverse=inverse)
-        super().__init__(view, spans, inverse.branches, q)
+        super().__init__(view, rows, inverse.branches, q)
 
     @property
     def target(self) -> np.ndarray:

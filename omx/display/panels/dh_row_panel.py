@@ -2,33 +2,24 @@
 
 import math
 
-import ipywidgets
-
 from ...dh import DHRow
 from ..viewer.dh_row_view import RowView
 from . import tables
-from .panel import ViewPanel, side_by_side, slider_row
+from .panel import SliderPanel
 
-#: Names, units and ranges of the sliders.
-_SLIDERS = (("theta", "deg", 180.0), ("d", "mm", 150.0), ("a", "mm", 150.0), ("alpha", "deg", 180.0))
+#: Names, units and ends of the sliders.
+_ROWS = (("theta", "deg", -180, 180), ("d", "mm", -150, 150), ("a", "mm", -150, 150), ("alpha", "deg", -180, 180))
 
 
-class RowPanel(ViewPanel):
+class RowPanel(SliderPanel):
     """Sliders for theta, d, a and alpha (deg, mm) under the two frames that they lead from and to, and the matrix A.
 
     `row` is the `DHRow` shown (mm, rad); set it to move the sliders.
     """
 
     def __init__(self, row=(0, 0, 0, 0)):
-        rows = [slider_row(name, -size, size, 0.0, unit) for name, unit, size in _SLIDERS]
-        self.sliders = [slider for slider, _ in rows]
-        self._text = ipywidgets.HTML()
-        lines = ipywidgets.VBox([line for _, line in rows])
-        view = RowView(row)
-        super().__init__(view, [view.widget, side_by_side(lines, self._text)])
+        super().__init__(RowView(), _ROWS)
         self.row = row
-        for slider in self.sliders:
-            slider.observe(self._heard, "value")
 
     @property
     def row(self) -> DHRow:
@@ -45,8 +36,7 @@ class RowPanel(ViewPanel):
         self._write()
 
     def _static_data(self) -> dict:
-        sliders = [(name, unit, -size, size) for name, unit, size in _SLIDERS]
-        return {"kind": "row", "q": [float(v) for v in self.view.row.at(0.0)], "sliders": sliders}
+        return {"kind": "row", "q": [float(v) for v in self.view.row.at(0.0)], "sliders": _ROWS}
 
     def _heard(self, _change) -> None:
         self.view.row = self.row

@@ -11,7 +11,7 @@ from ...kinematics import pose as tool_pose
 from ..viewer.arm_model import is_our_arm
 from ..viewer.view import View
 from . import tables
-from .panel import Panel, as_view, side_by_side, slider_row
+from .panel import Panel, as_view
 from .terms import COLOURS, WORDS, DHTable, dh_table, lines
 
 
@@ -27,23 +27,13 @@ class JointPanel(Panel):
         view = as_view(view or View(HOME if q is None else q))
         self.chain = _limited(view.chain, limits)
         rows = []
-        self.sliders = []
         for row, name, (low, high) in zip(self.chain.rows, self.chain.names, self.chain.limits, strict=True):
-            unit = "mm" if row.prismatic else "deg"
-            scale = 1.0 if row.prismatic else 180 / math.pi
-            first, last, step = _ends(scale * low, scale * high)
-            slider, line = slider_row(name, first, last, 0.0, unit, step)
-            self.sliders.append(slider)
-            rows.append(line)
-            slider.observe(self._heard, "value")
-        self._text = ipywidgets.HTML()
+            unit, scale = ("mm", 1.0) if row.prismatic else ("deg", 180 / math.pi)
+            rows.append((name, unit, *_ends(scale * low, scale * high)))
         view.let_drag(self.chain.limits, handle=False)
-        beside, self._terms = [self._text], None
-        if terms:
-            self._terms = self._with_terms(view)
-            beside = [ipywidgets.VBox([*beside, self._terms])]
-        sliders = ipywidgets.VBox([*rows, self._buttons(view)])
-        super().__init__(view, [side_by_side(sliders, *beside)], clipped(view.q, self.chain.limits) if q is None else q)
+        self._terms = self._with_terms(view) if terms else None
+        q = clipped(view.q, self.chain.limits) if q is None else q
+        super().__init__(view, rows, q, below=[self._buttons(view)], beside=[self._terms] if terms else [])
 
     def _with_terms(self, view: View) -> DHTable:
         """The DH table of the arm, whose bones get their colours. Raises `BadInput` for another chain."""
@@ -59,9 +49,10 @@ class JointPanel(Panel):
 
     def _light(self, view: View, row: int) -> None:
         """All frames are in the scene; seen are those that were asked for, and that of `row`, 1 for the first."""
+        seen = {*self._shown, row} if row else self._shown
         with view.channel.batch():
             for i in range(len(view.chain) + 1):
-                view.channel.set(f"/meshcat/frames/{i}", "visible", i in self._shown or 0 < i == row)
+                view.channel.set(f"/meshcat/frames/{i}", "visible", i in seen)
 
     def _buttons(self, view: View):
         poses = {"zero": clipped((0.0,) * len(self.chain), self.chain.limits)}  # or the limit nearest to it

@@ -70,7 +70,7 @@ class LiveFigure(anywidget.AnyWidget):
         starts = ", ".join(f"{name} {first:g} {unit}".rstrip() for name, unit, _, _, first, _ in self.data["sliders"])
         return f"Live figure: {self.alt}; {starts}"
 
-    def static_html(self) -> str:
+    def page_html(self) -> str:
         """The figure without a kernel: its words in a mark that the site's script fills."""
         data = html.escape(json.dumps(self.data))
         return f'<div class="omx-panel" data-panel="{data}"><p>{html.escape(repr(self))}</p></div>'

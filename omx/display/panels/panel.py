@@ -55,13 +55,13 @@ class ViewPanel(ipywidgets.VBox):
         """What `panel.js` has to know to make the controls of a page without a kernel."""
         raise NotImplementedError
 
-    def static_html(self) -> str:
+    def page_html(self) -> str:
         """The panel without a kernel: the scene in a mark that the site's script fills with sliders of its own.
 
         That script moves the arm by the generated formulas in JavaScript.
         """
         data = html.escape(json.dumps(self._static_data()))
-        return f'<div class="omx-panel" data-panel="{data}">{self.view.static_html()}</div>'
+        return f'<div class="omx-panel" data-panel="{data}">{self.view.page_html()}</div>'
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}: {self.view!r}"
@@ -70,13 +70,32 @@ class ViewPanel(ipywidgets.VBox):
         return mimebundle(self)
 
 
-class Panel(ViewPanel):
-    """A view under sliders for its joint values. A panel of its own sets `sliders`, and `chain`, whose limits count.
+class SliderPanel(ViewPanel):
+    """A view above sliders, with words (`_text`) beside them. A panel of its own hears the sliders: `_heard(change)`.
+
+    `rows`: name, unit, low end, high end and, if it is not 1, step of each slider. Boxes may stand `below` the sliders,
+    `beside` them under the words, and `after` them all.
+    """
+
+    def __init__(self, view: Scene, rows, below=(), beside=(), after=()):
+        made = [_slider_row(*row) for row in rows]
+        self.sliders = [slider for slider, _ in made]
+        for slider in self.sliders:
+            slider.observe(self._heard, "value")
+        self._text = ipywidgets.HTML()
+        sliders = ipywidgets.VBox([*(line for _, line in made), *below])
+        layout = ipywidgets.Layout(flex_flow="row wrap", align_items="flex-start", grid_gap="4px 24px")
+        sides = ipywidgets.Box([sliders, ipywidgets.VBox([self._text, *beside])], layout=layout)
+        super().__init__(view, [view.widget, sides, *after])
+
+
+class Panel(SliderPanel):
+    """A view above sliders for its joint values. A panel of its own sets `chain` before, whose limits count.
 
     What is commanded moves the arm in the view, or only a ghost of it: see `command_a_ghost`.
     """
 
-    def __init__(self, view: View, controls, q):
+    def __init__(self, view: View, rows, q, **boxes):
         self._ghostly = False
         view.on_drag = self._dragged
         self._quiet = False
@@ -84,7 +103,7 @@ class Panel(ViewPanel):
         self._told: list[tuple[int, float]] = []
         self._q = view.q
         self._tell = Later(self._write, _TEXT_S)
-        super().__init__(view, [view.widget, *controls])
+        super().__init__(view, rows, **boxes)
         self.q = q
 
     def command_a_ghost(self) -> None:
@@ -151,21 +170,15 @@ class Panel(ViewPanel):
         return answered is not None
 
 
-def slider_row(name: str, low: float, high: float, value: float, unit: str, step: float = 1.0):
+def _slider_row(name: str, unit: str, low: float, high: float, step: float = 1.0):
     """A slider in `unit` and the row that shows its limits, on a phone below it; arrow keys move it by `step`."""
     slider = ipywidgets.FloatSlider(
-        value=min(max(value, low), high), min=low, max=high, step=step, description=name, readout_format=".1f",
+        value=min(max(0.0, low), high), min=low, max=high, step=step, description=name, readout_format=".1f",
         layout=ipywidgets.Layout(width="340px"), style={"description_width": "48px"},
     )  # fmt: skip
     room = ipywidgets.Layout(min_width="120px", flex="0 0 auto")
     limits = ipywidgets.Label(f"{_plain(low)} to {_plain(high)} {unit}", layout=room)
     return slider, ipywidgets.HBox([slider, limits], layout=ipywidgets.Layout(flex_flow="row wrap"))
-
-
-def side_by_side(*children):
-    """Boxes beside each other, below each other where the page is narrow."""
-    layout = ipywidgets.Layout(flex_flow="row wrap", align_items="flex-start", grid_gap="4px 24px")
-    return ipywidgets.Box(list(children), layout=layout)
 
 
 def _plain(value: float) -> str:

@@ -114,9 +114,9 @@ class RobotPanel(ViewPanel):
         speed = ipywidgets.HBox([self.speed, ipywidgets.Label("deg/s")])
         return [ipywidgets.HBox(buttons), speed, self.message, self.state]
 
-    def static_html(self) -> str:
+    def page_html(self) -> str:
         """The joint sliders alone, as a page without a kernel has no robot."""
-        return self.joints.static_html()
+        return self.joints.page_html()
 
     # ---- what the buttons do ----
 
@@ -260,17 +260,14 @@ class RobotPanel(ViewPanel):
 
 def _watch(panel, closing: threading.Event) -> None:
     """Ten looks a second, until the panel is closed or nobody has it any more."""
-    while not closing.wait(LOOK_S):
-        if not _looked(panel()):
-            return
+    while not closing.wait(LOOK_S) and _looked(panel()):
+        pass
 
 
 async def _watch_between_cells(panel, closing: threading.Event) -> None:
     """The same looks, in turn with the cells."""
-    while not closing.is_set():
+    while not closing.is_set() and _looked(panel()):
         await asyncio.sleep(LOOK_S)
-        if not _looked(panel()):
-            return
 
 
 def _looked(panel: RobotPanel | None) -> bool:

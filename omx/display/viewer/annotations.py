@@ -16,7 +16,7 @@ _LABELLED = {**FLAT, **ON_TOP, "side": 0}
 
 
 def rgb(colour) -> tuple[int, int, int]:
-    """`#rrggbb`, or one of `NAMES`, as three integers; `BadInput` otherwise."""
+    """`#rrggbb`, `#rgb`, or one of `NAMES`, as three integers; `BadInput` otherwise."""
     red, green, blue = bytes.fromhex(as_hex(colour)[1:])
     return red, green, blue
 
@@ -24,6 +24,7 @@ def rgb(colour) -> tuple[int, int, int]:
 def as_hex(colour) -> str:
     """The same as `#rrggbb`."""
     digits = NAMES.get(colour.lower(), colour) if isinstance(colour, str) else ""
+    digits = re.sub("[^#]", r"\g<0>\g<0>", digits) if len(digits) == 4 else digits
     if re.fullmatch("#[0-9a-fA-F]{6}", digits):
         return digits
     raise BadInput(f"`colour` must be '#rrggbb', or one of {', '.join(NAMES)}; got {shown(colour)}.")

@@ -100,7 +100,13 @@ class Channel:
     def open(self):
         raise NotImplementedError("The scene has no address of its own: it lives in the notebook's output cell.")
 
-    wait = get_scene = open
+    wait = open
+
+    def get_scene(self) -> str:
+        """The whole scene as one HTML page (what `Visualizer.static_html()` returns)."""
+        from .html_export import page
+
+        return page(self.log, {})
 
     # -- posting ------------------------------------------------------------------------------------------
 

@@ -24,12 +24,12 @@ def scene_data(log: dict) -> tuple[str, dict[str, bytes]]:
     names = {key: name_of(data) for key, data in log.items() if key[0] == "set_object"}
     head = [[*key, names.get(key, len(data))] for key, data in log.items()]
     rest = [data for key, data in log.items() if key not in names]
-    return _base64(_gzip(_packed(head, rest))), {name: log[key] for key, name in names.items()}
+    return _text(head, rest), {name: log[key] for key, name in names.items()}
 
 
 def packed_objects(objects: dict[str, bytes]) -> str:
     """Objects by their names as text, as a placeholder and the site's script carry them."""
-    return _base64(_gzip(_packed([[name, len(data)] for name, data in objects.items()], objects.values())))
+    return _text([[name, len(data)] for name, data in objects.items()], objects.values())
 
 
 def unpacked_objects(text: str) -> dict[str, bytes]:
@@ -41,6 +41,23 @@ def unpacked_objects(text: str) -> dict[str, bytes]:
         out[name] = data[at : at + length]
         at += length
     return out
+
+
+def page(log: dict, config: dict) -> str:
+    """The whole scene as one page that needs nothing else."""
+    scene = _text([[*key, len(data)] for key, data in log.items()], log.values())
+    texts = {"scene": scene, "viewer": _base64(packed()[1])}.items()
+    data = "".join(f'<script type="text/plain" id="{name}">{text}</script>' for name, text in texts)
+    return shell(config).replace("<!--viewer-->", f"{data}<script>{script('start.js')}</script>")
+
+
+def frame(log: dict, config: dict, height: int, title: str) -> str:
+    """A sandboxed frame that holds `page`: scripts run, but cannot reach the page around it."""
+    style = f"width:100%;height:{height}px;border:0;display:block"
+    return (
+        f'<iframe class="omx-scene" sandbox="allow-scripts allow-downloads" loading="lazy" '
+        f'title="{html.escape(title)}" style="{style}" srcdoc="{html.escape(page(log, config))}"></iframe>'
+    )
 
 
 def placeholder(log: dict, config: dict, height: int, title: str) -> str:
@@ -78,14 +95,10 @@ def name_of(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()[:12]
 
 
-def _packed(head: list, parts) -> bytes:
-    """A length, a JSON head, and bytes: what `start.js` takes apart."""
-    text = json.dumps(head).encode()
-    return struct.pack("<I", len(text)) + text + b"".join(parts)
-
-
-def _gzip(data: bytes) -> bytes:
-    return gzip.compress(data, 9, mtime=0)
+def _text(head: list, parts) -> str:
+    """A length, a JSON head, and bytes, gzipped, as text: what `start.js` takes apart."""
+    told = json.dumps(head).encode()
+    return _base64(gzip.compress(struct.pack("<I", len(told)) + told + b"".join(parts), 9, mtime=0))
 
 
 def _base64(data: bytes) -> str:

@@ -41,10 +41,6 @@ class Figure:
         """Make every surface translucent: 1 is solid."""
         self._channel.set(self._root, "color", [1.0, 1.0, 1.0, float(opacity)])
 
-    def remove(self) -> None:
-        """Take the figure out of the scene."""
-        self._channel.delete(self._root)
-
 
 class Trail:
     """A line that grows with each pose, in short pieces; `add` is cheap when the point has hardly moved."""

@@ -135,14 +135,14 @@
   bar.id = "omx-bar";
   document.body.appendChild(bar);
 
-  function button(text, title, action) {
+  function button(text, title, action, before = null) {
     const b = document.createElement("button");
     b.type = "button";
     b.textContent = text;
     b.title = title;
     b.setAttribute("aria-label", title);
     b.addEventListener("click", action);
-    bar.appendChild(b);
+    bar.insertBefore(b, before);
     return b;
   }
 
@@ -171,10 +171,9 @@
     }
   }
   const extra = (...about) => {
-    const b = button(...about);
+    const b = button(...about, more);
     b.hidden = true;
     extras.push(b);
-    more.before(b);
     return b;
   };
   function save(name, url) {
@@ -286,10 +285,6 @@
       pane.style.visibility = "";
     },
     picture, extra, save, theme, said,
-    button(...about) { // before the dots
-      const b = button(...about);
-      more.before(b);
-      return b;
-    },
+    button: (...about) => button(...about, more), // before the dots
   };
 })();

@@ -13,7 +13,7 @@ from .channel import Channel
 from .environment import Camera
 from .threejs import Drawing
 
-#: Set to `shared`, scenes show themselves as HTML instead of a live widget: see `Scene.static_html`.
+#: Set to `shared`, scenes and panels show themselves as HTML instead of a live widget: see `Scene.page_html`.
 MODE = "OMX_VIEW"
 
 
@@ -140,11 +140,11 @@ class Scene:
         return self._widget
 
     def static_html(self) -> str:
-        """The scene as HTML without a kernel, animated if an animation is set: a mark of a few kB.
+        """The scene as HTML without a kernel: sandboxed, fetching nothing, animated if an animation is set."""
+        return html_export.frame(self.channel.log, self._config(), self.height, repr(self))
 
-        A page that shows it loads the script of `write_site_script` once. For a page that needs nothing else, press
-        `html` in the scene.
-        """
+    def page_html(self) -> str:
+        """The same in a few kB, for a page of many scenes, which loads the script of `write_site_script` once."""
         return html_export.placeholder(self.channel.log, self._config(), self.height, repr(self))
 
     def __repr__(self) -> str:
@@ -165,7 +165,7 @@ class Scene:
 def mimebundle(shown) -> dict:
     """What a cell shows for a scene or a panel: a live widget, or HTML where `OMX_VIEW` asks."""
     if os.environ.get(MODE) == "shared":
-        return {"text/plain": repr(shown), "text/html": shown.static_html()}
+        return {"text/plain": repr(shown), "text/html": shown.page_html()}
     model = shown.widget if isinstance(shown, Scene) else shown
     view = {"version_major": 2, "version_minor": 0, "model_id": model.model_id}
     return {"text/plain": repr(shown), "application/vnd.jupyter.widget-view+json": view}

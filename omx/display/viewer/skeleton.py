@@ -36,9 +36,8 @@ def drawings(chain, colour=None, opacity: float = 1.0) -> dict[int, Drawing]:
 
 def reach(chain) -> float:
     """An upper bound of the distance (mm) from the base to the tool; a prismatic joint counts with its stroke."""
-    total = sum(abs(float(row.a)) + abs(float(row.d)) for row in chain.rows)
-    total += sum(float(np.linalg.norm(T[:3, 3])) for T in (chain.base, chain.tool) if T is not None)
-    return total + sum(_stroke(chain, i) for i in range(len(chain.rows))) or 100.0
+    fixed = sum(float(np.linalg.norm(T[:3, 3])) for T in (chain.base, chain.tool) if T is not None)
+    return chain.size + fixed + sum(_stroke(chain, i) for i in range(len(chain.rows))) or 100.0
 
 
 def _stroke(chain, joint: int) -> float:

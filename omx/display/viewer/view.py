@@ -21,7 +21,7 @@ from .moving_parts import Figure, Trail
 from .scene import Scene
 
 _FPS, _LONGEST = 30, 3600.0
-_SECTION = "/meshcat/section"
+_SECTION, _FRAMES = "/meshcat/section", "/meshcat/frames"
 _FINGERS = (("left", 1), ("right", -1))
 
 
@@ -58,7 +58,7 @@ class View(Scene):
 
     def _show(self, chain, q, plate: bool = False) -> None:
         self.chain = chain
-        self._triads = self._trail = None
+        self._triads, self._trail = Figure(self.channel, _FRAMES, {}), None
         self.shown_frames: tuple[int, ...] = ()
         self._ghosts: list[Figure] = []
         self.has_section = self._animated = False
@@ -86,8 +86,7 @@ class View(Scene):
             self._q = q
             frames = self.chain.frames(q)
             self._figure.pose(frames)
-            if self._triads is not None:
-                self._triads.pose(frames)
+            self._triads.pose(frames)
             if self.has_section:
                 self.channel.place(_SECTION, _upright(q[0]))
             if self._trail is not None:
@@ -124,13 +123,9 @@ class View(Scene):
                 raise BadInput(f"`joints` must be frames 0 to {len(self.chain)}; got {joint!r}.")
         self.shown_frames = joints
         with self.channel.batch():
-            if self._triads is not None:
-                self._triads.remove()
-            self._triads = None
-            if joints:
-                drawings = {i: annotations.triad(i, self._mark) for i in joints}
-                self._triads = Figure(self.channel, "/meshcat/frames", drawings)
-                self._triads.pose(self.chain.frames(self._q))
+            self.channel.delete(_FRAMES)
+            self._triads = Figure(self.channel, _FRAMES, {i: annotations.triad(i, self._mark) for i in joints})
+            self._triads.pose(self.chain.frames(self._q))
 
     def bones(self) -> None:
         """Draw a line along each link, from joint to joint and over everything: first link, first of the palette."""
@@ -164,7 +159,8 @@ class View(Scene):
         """Draw the tool's way from now on; `trail(False)` removes it."""
         self.channel.delete(Trail.root)
         self._trail = Trail(self.channel) if on else None
-        self.q = self._q
+        if on:
+            self.q = self._q
 
     def section(self, *regions) -> None:
         """Fill plane figures in the arm's (r, z) plane, mm; they turn with joint 1. `section()` removes them.
@@ -208,8 +204,7 @@ class View(Scene):
         times = np.linspace(0, len(rows) - 1, max(len(rows), math.ceil(seconds * _FPS) + 1))
         joints = np.column_stack([np.interp(times, range(len(rows)), column) for column in zip(*rows, strict=True)])
         poses = self.chain.frames(joints)
-        figures = [figure for figure in (self._figure, self._triads) if figure is not None]
-        tracks = {path: poses[:, i] for figure in figures for i, path in figure.nodes}
+        tracks = {path: poses[:, i] for i, path in (*self._figure.nodes, *self._triads.nodes)}
         if self.has_section:
             tracks[_SECTION] = [_upright(q1) for q1 in joints[:, 0]]
         if fingers:
