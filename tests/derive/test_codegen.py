@@ -124,7 +124,7 @@ def test_base_and_tool_go_into_the_formulas():
 
 
 def test_a_symbol_without_a_value_is_asked_for():
-    with pytest.raises(BadInput, match="the rows of mine use L1, L2: give each a value"):
+    with pytest.raises(BadInput, match="the DH table uses L1, L2: give each a value"):
         write_chain("arm", Chain([(0, L1, L2, 0)], name="mine"), notebook="99-test")
 
 
