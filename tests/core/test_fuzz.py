@@ -138,7 +138,7 @@ MODULES = (
 #: Left out: what makes no promise about its arguments (helpers of `omx` itself), and what only holds data.
 HELPERS = {
     "Arc", "ArmSection", "BranchMap", "Branches", "Calibration", "Capsule", "Coordinates", "Counts", "Executor",
-    "Four", "Grid", "IKSolution", "Iteration", "Limits", "Path", "Pattern", "PitchMap", "Pose", "RPY", "Scaling",
+    "Four", "Grid", "IKSolution", "Iteration", "Limits", "Path", "Pattern", "PitchMap", "Pose", "RPY",
     "Section", "Solution", "Trajectory", "Violation", "as_count", "as_floats", "as_four", "as_four_or_rows",
     "as_limits", "as_number", "as_rows", "as_transform", "boundary_loops", "capsules", "clipped", "cpu_count",
     "directions", "distance", "evaluated", "exact_angle", "fill", "gaps", "in_blocks", "in_line", "is_foreign",
