@@ -116,7 +116,8 @@ SOUND_FOR = {
     "evaluated": {"expression": t + 1, "at": [{t: 1.0}]}, "real_points": {"expressions": [t + 1]},
     "Section.contains": {}, "from_axes": {"points": np.zeros((2, 3))}, "exact_angle": {"value": 1.5},
     "as_geometry": {"value": omx.COURSE}, "wrap": {"angle": t},
-    "as_arm": {"value": CHAIN}, "exp_twist": {"q": 0.5}, "as_transform": {"value": np.eye(4)},
+    "as_arm": {"value": CHAIN}, "as_chain": {"value": CHAIN}, "as_expression": {"value": t}, "exp_twist": {"q": 0.5},
+    "as_transform": {"value": np.eye(4)},
     "trapezoid": {"ramp": 0.2}, "show": {"name": "A_1"}, "gather": {"expression": sp.sin(t) * sp.cos(u)},
 }  # fmt: skip
 
