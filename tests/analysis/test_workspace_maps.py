@@ -86,14 +86,6 @@ def test_branch_counts_agree_with_the_scalar_inverse():
     assert {0, 1, 2} <= set(found.count.ravel().tolist())
 
 
-def test_progress_is_told_as_a_share_and_ends_at_one():
-    shares = []
-    workspace.pitch_map(step=20.0, pitches=720, progress=shares.append)
-    assert len(shares) > 1
-    assert shares == sorted(shares)
-    assert shares[-1] == 1.0
-
-
 def test_no_pitches_are_refused():
     with pytest.raises(omx.BadInput, match="pitches"):
         workspace.pitch_map(pitches=0)

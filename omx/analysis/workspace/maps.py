@@ -43,15 +43,13 @@ class BranchMap(NamedTuple):
 
 
 def pitch_map(step: float = 10.0, pitches: int = 120, geometry: Geometry = COURSE, limits=LIMITS, *,
-              allowed=None, progress=None) -> PitchMap:  # fmt: skip
+              allowed=None) -> PitchMap:  # fmt: skip
     """The share of legal pitches and the number of branches, at the centre of every cell of side `step` (mm).
 
     `pitches`: how many, evenly spaced over the full turn, are tried. `allowed(q)`, (n, 4) -> booleans (n,), rules out
-    more configurations, for example `omx.analysis.workspace.clear`. `progress(share)`, 0 .. 1, is called now and then.
+    more configurations, for example `omx.analysis.workspace.clear`.
     """
     pitches, limits = as_count(pitches, "pitches", most=100_000), as_limits(limits, 4)
-    if progress is not None and not callable(progress):
-        raise BadInput(f"`progress` must be a function, or None; got {shown(progress)}.")
     r, z, inside = section(geometry, limits).fill(step)
     cells = np.argwhere(inside)
     if (tried := len(cells) * pitches) > MANY:
@@ -64,8 +62,6 @@ def pitch_map(step: float = 10.0, pitches: int = 120, geometry: Geometry = COURS
         legal = _legal_branches(r[columns], z[rows], pitches, geometry, limits, allowed)
         share[rows, columns] = (legal > 0).mean(axis=1)
         branches[rows, columns] = legal.max(axis=1)
-        if progress is not None:
-            progress(min((start + some) / len(cells), 1.0))
     return PitchMap(r, z, share, branches)
 
 
