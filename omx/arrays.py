@@ -116,8 +116,8 @@ def as_four_or_rows(value, name: str, wanted: str, many: bool = True):
             four = tuple(value.tolist())
         elif isinstance(value, _ORDERED):
             four = tuple(value)
-        elif is_foreign(value):
-            return _of_four(value, name, wanted)
+        elif is_foreign(value) and value.ndim and value.shape[-1] == 4:
+            return value
         a, b, c, d = four
         if a.__class__ is float and b.__class__ is float and c.__class__ is float and d.__class__ is float:
             if abs(a + b + c + d) < HUGE:
@@ -128,13 +128,6 @@ def as_four_or_rows(value, name: str, wanted: str, many: bool = True):
         pass
     rows = as_rows(value, name, 4, wanted, many)
     return tuple(rows.tolist()) if rows.ndim == 1 else rows
-
-
-def _of_four(array, name: str, wanted: str):
-    """An array of another library with four columns; `BadInput` otherwise. Its values are its own business."""
-    if array.ndim == 0 or array.shape[-1] != 4:
-        raise BadInput(f"`{name}` must be {wanted}, shape (4,) or (..., 4); got shape {tuple(array.shape)}.")
-    return array
 
 
 def as_rows(value, name: str, columns: int, wanted: str, many: bool = True):

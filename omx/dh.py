@@ -4,9 +4,10 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import repeat
+from itertools import accumulate, repeat
 from math import inf, isfinite, sin
 from numbers import Real
+from operator import mul
 from typing import Any
 
 import numpy as np
@@ -134,7 +135,7 @@ class Chain:
         """
         links = self.matrices(q)
         if isinstance(links, list):
-            return _products(links, self.base)
+            return list(accumulate(links, mul, initial=exact_transform(self.base)))
         out = np.empty((*links.shape[:-3], len(self.rows) + 1, 4, 4))
         out[..., 0, :, :] = np.eye(4) if self.base is None else self.base
         for i in range(len(self.rows)):
@@ -438,11 +439,3 @@ def exact_transform(T):
 
     T = as_transform(T, "T")
     return sp.eye(4) if T is None else sp.Matrix(4, 4, lambda i, j: _length(T[i, j]))
-
-
-def _products(links: list, base) -> list:
-    """The running products of SymPy link matrices, the base first."""
-    frames = [exact_transform(base)]
-    for link in links:
-        frames.append(frames[-1] * link)
-    return frames

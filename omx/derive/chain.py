@@ -6,9 +6,7 @@ from types import ModuleType
 
 import sympy as sp
 
-from ..arrays import shown
 from ..dh import Chain, as_chain, exact_transform
-from ..errors import BadInput
 from .function import Function
 from .store import write
 from .symbolic import dh_matrix, exact
@@ -50,28 +48,14 @@ def write_chain(
     arguments are those of `write`. What the chain has as `base` and `tool` is in the formulas, not in `dh_rows`.
     """
     chain = as_chain(chain)
-    if parameters is not None and not isinstance(parameters, Mapping):
-        raise BadInput(f"`parameters` must give each symbol its value; got {shown(parameters)}.")
-    parameters = dict(parameters or {})
-    rows = [exact(row) for row in chain.rows]
-    entries = [entry for row in rows for entry in row.at(0)] + [
-        exact_transform(chain.base),
-        exact_transform(chain.tool),
-    ]
-    symbols = set().union(*(entry.free_symbols for entry in entries))
-    missing = sorted(map(str, symbols - set(parameters)))
-    if missing:
-        same = sorted(set(missing) & {str(symbol) for symbol in parameters})
-        hint = f" ({same[0]} was given, but with other assumptions: to SymPy that is another symbol.)" if same else ""
-        raise BadInput(f"the rows of {chain.name} use {', '.join(missing)}: give each a value in `parameters`.{hint}")
     return write(
         name,
         chain_functions(chain),
         notebook=notebook,
         folder=folder,
         doc=doc or f"Forward kinematics of {chain.name}.",
-        parameters=parameters,
-        rows=rows,
+        parameters=() if parameters is None else parameters,
+        rows=[exact(row) for row in chain.rows],
     )
 
 

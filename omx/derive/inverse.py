@@ -96,7 +96,7 @@ def write_inverse(
         notebook=notebook,
         folder=folder,
         doc=doc or f"Inverse kinematics of {chain.name}: {found.reason}.",
-        parameters=dict(parameters or {}),
+        parameters=() if parameters is None else parameters,
         rows=[exact(row) for row in chain.rows],
         branches=found.branches,
     )

@@ -41,6 +41,7 @@ def source(
         raise BadInput(f"`batch` must be True or False; got {shown(batch)}.")
     symbols, rows = list(parameters), table_of(rows)
     _check_names(name, functions)
+    _check_symbols(rows, symbols)
     dialects = (SCALAR, BATCH) if batch else (SCALAR,)
     emitters = [Emitter(function, symbols, dialect) for function in functions for dialect in dialects]
     bodies = [emitter.source() for emitter in emitters]
@@ -111,6 +112,15 @@ def _check_names(name: str, functions: list[Function]) -> None:
         raise BadInput(f"two functions would be called `{twice}`; give each its own name.")
 
 
+def _check_symbols(rows: Sequence[DHRow], symbols: list[sp.Symbol]) -> None:
+    used = set().union(*(as_expression(entry).free_symbols for row in rows for entry in row.at(0)))
+    if unknown := sorted(map(str, used - set(symbols))):
+        raise BadInput(
+            f"the DH table uses {', '.join(unknown)}: give each a value in `parameters`. (SymPy symbols with other "
+            "assumptions are other symbols.)"
+        )
+
+
 def _header(notebook: str | None, doc: str, batch: bool) -> list[str]:
     if not isinstance(doc, str):
         raise BadInput(f"`doc` must be a sentence that says what the module is; got {shown(doc)}.")
@@ -158,9 +168,6 @@ def _rows(rows: Sequence[DHRow], symbols: list[sp.Symbol], printer: Printer) -> 
     ]
     for row in rows:
         cells = [_number(printer, entry) for entry in (row.theta, row.d, row.a, row.alpha)]
-        unknown = set().union(*(as_expression(e).free_symbols for e in row.at(0))) - set(symbols)
-        if unknown:
-            raise BadInput(f"the DH table uses {', '.join(sorted(map(str, unknown)))}: make each a parameter.")
         code = f"DHRow({', '.join(cells)}{', prismatic=True' if row.prismatic else ''})"
         lines += folded(" " * 8, code, ",")
     return "\n".join([*lines, "    )"]) + "\n"

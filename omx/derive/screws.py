@@ -72,8 +72,9 @@ def body_jacobian(twists, zero, q: Sequence) -> sp.Matrix:
     return sp.Matrix.hstack(*reversed(columns))
 
 
-def undone(T: sp.Matrix) -> sp.Matrix:
+def undone(T) -> sp.Matrix:
     """The inverse of a rigid transform, 4x4: R^T and -R^T p."""
+    T = _transform(T, "T")
     R = T[:3, :3].T
     return sp.Matrix.vstack(sp.Matrix.hstack(R, -R * T[:3, 3]), sp.Matrix([[0, 0, 0, 1]]))
 

@@ -20,14 +20,17 @@ from .module import MARK, SCRATCH, Parameters, listed, parameter_values, script,
 GENERATED = Path(__file__).resolve().parent.parent / "generated"
 
 
-def folder(name: str, notebook: str | None) -> Path:
-    """Where a module is written, unless its caller says where: where OMX_GENERATED says, if it says anything.
+def place(name: str, notebook: str | None, folder: str | os.PathLike | None = None) -> Path:
+    """The folder in which a module is written: `folder`, else where OMX_GENERATED says, if it says anything.
 
     Else what the small module is made of goes to `omx/generated`, and all other modules to the current folder, which
     is the notebook's.
     """
-    chosen = os.environ.get("OMX_GENERATED") or (GENERATED if name in CHAPTERS and notebook else ".")
-    return Path(chosen).resolve()
+    if folder is None:
+        folder = os.environ.get("OMX_GENERATED") or (GENERATED if name in CHAPTERS and notebook else ".")
+    if not isinstance(folder, (str, os.PathLike)) or not str(folder):
+        raise BadInput(f"`folder` must be the path of a folder; got {shown(folder)}.")
+    return Path(folder).resolve()
 
 
 def write(
@@ -64,21 +67,13 @@ def write(
     about: dict[str, Any] = {"notebook": notebook, "doc": doc, "parameters": parameters, "branches": branches}
     python = source(name, functions, rows=rows, batch=batch, **about)
     javascript = script(functions, **about)
-    path = _place(name, notebook, folder) / f"{name}.py"
+    path = place(name, notebook, folder) / f"{name}.py"
     _refuse_what_is_not_ours(path, notebook)
     compile(python, str(path), "exec")
     if name in CHAPTERS:
         _refuse_no_arm(parameters)
     _store({path: python, path.with_suffix(".js"): javascript})
     return _load(name, path)
-
-
-def _place(name: str, notebook: str | None, where) -> Path:
-    if where is None:
-        return folder(name, notebook)
-    if not isinstance(where, (str, os.PathLike)) or not str(where):
-        raise BadInput(f"`folder` must be the path of a folder; got {shown(where)}.")
-    return Path(where).resolve()
 
 
 def writer(path: Path) -> str | None:

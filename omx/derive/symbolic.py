@@ -196,16 +196,9 @@ def show(name: str, *forms) -> sp.Eq:
         raise BadInput(f"`name` must be a text, such as 'A_1'; got {shown(name)}.")
     equation = _typeset(sp.Symbol(name))
     for form in forms:
-        equation = sp.Eq(equation, _typeset(_form(form)), evaluate=False)
+        form = form if isinstance(form, (sp.Basic, sp.MatrixBase)) else as_expression(form)
+        equation = sp.Eq(equation, _typeset(form), evaluate=False)
     return equation
-
-
-def _form(form):
-    """Anything that SymPy can set beside an equals sign; text is never evaluated."""
-    try:
-        return sp.sympify(form, strict=True)
-    except (sp.SympifyError, TypeError, ValueError, AttributeError, OverflowError):
-        raise BadInput(f"an expression, a matrix or a number is wanted; got {shown(form)}.") from None
 
 
 def _typeset(expression):

@@ -4,9 +4,9 @@ A scaling turns normalised time u in [0, 1] into progress s in [0, 1] with its f
 `Trajectory` is sampled: times (s), joint angles, velocities and accelerations (rad, rad/s, rad/s^2).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import ceil, inf, tau
-from typing import Protocol
 
 import numpy as np
 
@@ -19,12 +19,8 @@ from ..geometry import COURSE, Geometry
 from ..kinematics import JOINT_ANGLES, TASK_POSE
 from .differential_ik import joint_velocity, manipulability
 
-
-class Scaling(Protocol):
-    """Normalised time u (N,) in [0, 1] -> progress s, ds/du and d2s/du2, each (N,)."""
-
-    def __call__(self, u: np.ndarray, /) -> tuple[np.ndarray, np.ndarray, np.ndarray]: ...
-
+#: Normalised time u (N,) in [0, 1] -> progress s, ds/du and d2s/du2, each (N,).
+Scaling = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 #: A smaller |det| of the task Jacobian than this, relative to its size a long way from singularities, is singular.
 NEAR_SINGULAR = 1e-3

@@ -124,7 +124,7 @@ def test_base_and_tool_go_into_the_formulas():
 
 
 def test_a_symbol_without_a_value_is_asked_for():
-    with pytest.raises(BadInput, match="the rows of mine use L1, L2: give each a value"):
+    with pytest.raises(BadInput, match="the DH table uses L1, L2: give each a value"):
         write_chain("arm", Chain([(0, L1, L2, 0)], name="mine"), notebook="99-test")
 
 
@@ -512,10 +512,10 @@ def test_inside_the_package_the_loaded_module_is_replaced(scratch, monkeypatch):
 def test_a_chapter_of_the_book_writes_into_the_package_and_nobody_else_does(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("OMX_GENERATED", "here")
-    assert store.folder("fk", "03-forward-kinematics") == store.folder("scara", None) == tmp_path / "here"
+    assert store.place("fk", "03-forward-kinematics") == store.place("scara", None) == tmp_path / "here"
     monkeypatch.delenv("OMX_GENERATED")
-    assert store.folder("fk", "03-forward-kinematics") == ROOT / "omx" / "generated"
-    assert store.folder("fk", None) == store.folder("scara", "mine") == tmp_path
+    assert store.place("fk", "03-forward-kinematics") == ROOT / "omx" / "generated"
+    assert store.place("fk", None) == store.place("scara", "mine") == tmp_path
     with pytest.raises(BadInput, match="`fk` is the module of notebooks/03-forward-kinematics"):
         write_chain("fk", Chain([(0, 77, 0, 0)]), notebook="mine")
     with pytest.raises(BadInput, match="`folder`"):
