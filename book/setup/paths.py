@@ -50,6 +50,8 @@ def in_a_sentence(main):
             said = stop
         except OSError as error:
             said = in_words(error)
+        except KeyboardInterrupt:
+            status, said = 130, "Interrupted."
         try:
             if sys.stdout:  # it may be closed
                 sys.stdout.flush()

@@ -564,6 +564,7 @@ def test_a_file_for_which_there_is_no_room_stays_as_it_was(tmp_path, capsys):
         (NotADirectoryError(errno.ENOTDIR, "Not a directory", "work"), "work is in the way"),
         (OSError(errno.ENOSPC, "No space left on device", "work"), "The disk is full"),
         (OSError(errno.EADDRINUSE, "Address already in use"), "Address already in use"),
+        (KeyboardInterrupt(), "run.py: Interrupted."),
     ],
 )
 def test_what_the_system_refuses_is_told_with_the_way_out(error, said, capsys):
@@ -571,7 +572,7 @@ def test_what_the_system_refuses_is_told_with_the_way_out(error, said, capsys):
     def tool():
         raise error
 
-    assert tool() == 1
+    assert tool() == (130 if isinstance(error, KeyboardInterrupt) else 1)
     assert said in capsys.readouterr().err
 
 
