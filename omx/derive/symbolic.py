@@ -124,6 +124,8 @@ def prove_equal(left, right, relations=(), name: str = "the difference") -> None
     found, `BadInput`. `relations`: see `residual`.
     """
     left, right, relations = _as_matrix(left), _as_matrix(right), _pairs(relations)
+    if not isinstance(name, str):
+        raise BadInput(f"`name` must be text; got {shown(name)}.")
     if left.shape != right.shape:
         raise BadInput(f"`left` and `right` must have one shape; they have {left.shape} and {right.shape}.")
     for index, (one, other) in enumerate(zip(left, right, strict=True)):
