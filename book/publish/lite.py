@@ -83,9 +83,10 @@ SETTINGS = {"pyodideUrl": "./static/pyodide/begin.js", "disablePyPIFallback": Tr
 WHERE = (
     "**This copy runs in your browser alone.** Python starts while you read; a line at the foot of the window says how "
     "far it is. What stands below a cell is what the book printed, until you run that cell yourself. Your work is kept "
-    "in this browser; *File*, *Download* gives you the notebook as a file. The arm that moves is virtual here: a real "
-    "one, after *Connect the arm*, is only read, its motors off. *Interrupt* does nothing: to end a long cell, restart "
-    "the kernel."
+    "in this browser; *File*, *Download* gives you the notebook as a file. What a chapter writes into `omx` is there "
+    "for that chapter alone, until its kernel is restarted; nothing here needs `python run.py`. The arm that moves is "
+    "virtual: a real one, after *Connect the arm*, is only read, its motors off. *Interrupt* does nothing: to end a "
+    "long cell, restart the kernel."
 )
 #: JupyterLab follows the system's dark theme, says nothing of the files' dates, which are the packages' own, and shows
 #: Markdown as it is to be read. It saves after seconds: on a phone a tab is gone without a question.

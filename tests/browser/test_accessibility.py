@@ -174,7 +174,7 @@ def test_every_play_is_reached_by_tab_and_works_by_keys(look, path):
         box.focus()  # where Tab comes to a scene that is not loaded yet
         frame = look.scene(box)
         look.page.keyboard.press("Tab")
-        assert look.page.evaluate("document.activeElement.tagName") == "IFRAME"
+        look.page.wait_for_function("document.activeElement.tagName === 'IFRAME'")
         assert frame.locator("canvas").get_attribute("tabindex") == "0"
         if frame.evaluate("omxScene.viewer.animator.actions.length"):
             play = frame.get_by_role("button", name="Play or pause")
