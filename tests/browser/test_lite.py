@@ -124,7 +124,7 @@ def test_python_begins_in_words_and_what_went_wrong_is_one_of_them(built, playwr
     with served(built) as home, tab_of(playwright, chromium, viewport={"width": 390, "height": 844}) as tab:
         tab.goto(home)
         tab.locator(f"a[href*='{name}']").click()
-        tab.wait_for_function(IDLE)
+        tab.wait_for_function(IDLE, polling=250)
         box = tab.locator("#omx-begins")
         box.get_by_text("Python is ready: run the cells from the top").wait_for()
         assert serious(tab, "#omx-begins") == []
@@ -165,7 +165,7 @@ def test_around_it_the_site_shows_the_chapter_at_once_and_leads_to_it(
         assert tab.evaluate("!window.jupyterapp") or not tab.evaluate(IDLE), "before Python is there"
         page.frame_locator(".omx-scene iframe").locator("body[data-ready]").first.wait_for()
         tab.wait_for_function("document.getElementById('main')?.inert")  # JupyterLab, behind the page
-        tab.wait_for_function(IDLE)
+        tab.wait_for_function(IDLE, polling=250)
         tab.get_by_role("button", name="To the notebook").click()
         tab.locator("#omx-page").wait_for(state="hidden")
         tab.get_by_role("menuitem", name="Kernel").click()
@@ -173,7 +173,7 @@ def test_around_it_the_site_shows_the_chapter_at_once_and_leads_to_it(
         tab.get_by_role("link", name="Run it in your browser").click()
         tab.get_by_role("button", name="Read the chapter's page").wait_for()
         assert tab.locator("#omx-page").is_hidden(), "whoever has gone on once, or comes from the page, is not held up"
-        tab.wait_for_function(IDLE)
+        tab.wait_for_function(IDLE, polling=250)
         assert tab.problems == []
 
 

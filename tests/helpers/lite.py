@@ -34,7 +34,7 @@ def chapter(playwright, chromium, home, name):
     tab.on("pageerror", lambda error: tab.complaints.append(str(error)))
     tab.on("console", lambda message: message.type == "error" and tab.complaints.append(message.text))
     tab.goto(f"{home}lab/index.html?path={name}")
-    tab.wait_for_function(IDLE)
+    tab.wait_for_function(IDLE, polling=250)
     tab.ready_s = tab.evaluate("performance.now() / 1e3")
     try:
         yield tab
