@@ -309,7 +309,7 @@ def test_a_motion_that_was_stopped_does_not_go_on_because_somebody_resumed(robot
 
 
 def test_a_stop_between_two_calls_ends_what_the_first_began_though_somebody_resumed(robot):
-    sent, _ = robot.driver.command(np.radians(TARGET), 3)
+    sent = robot.driver.command(np.radians(TARGET), 3)
     stopped_and_resumed(robot)
     with pytest.raises(Stopped):
         robot.driver.arrive(sent)
