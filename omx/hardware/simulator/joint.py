@@ -114,7 +114,7 @@ def _within(free: float, aimed: float | None) -> float:
 
 
 class Encoder(NamedTuple):
-    """What the sensor on the output shaft makes of an angle, before the register rounds it: ideal unless asked otherwise.
+    """What the sensor on the output shaft makes of an angle, before the register rounds; ideal unless asked otherwise.
 
     `ripple` (rad) is the most that a reading is wrong by, `phase` (rad) where on the turn; `noise` (rad) is rms. The
     XM430 has an AS5045 (the maker's e-manual). Its data sheet allows a non-linearity of 0.5 deg with a well centred
