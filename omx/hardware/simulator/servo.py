@@ -8,8 +8,7 @@ from ..dynamixel import units
 from . import profile
 from .control_table import Effect, Table
 from .controller import FULL_PWM, POSITION_MODES, Controller
-from .encoder import Encoder
-from .joint import COAST, DAMPING, Drive, Joint
+from .joint import COAST, DAMPING, Drive, Encoder, Joint
 
 REBOOT_S = 0.35
 OVERLOAD_TORQUE, OVERLOAD_S = 0.6 * STALL_TORQUE, 1.0
