@@ -185,14 +185,13 @@ class HandPanel(BranchPanel):
     Args:
         inverse: of an arm with six joints; its chain's limits count.
         q: joint values to begin with (rad; mm where prismatic), within the limits.
-        view: of that chain; a new one if left out.
     """
 
-    def __init__(self, inverse: Inverse, q, *, view: View | None = None):
+    def __init__(self, inverse: Inverse, q):
         if not isinstance(inverse, Inverse) or not inverse.takes_hand:
             raise BadInput(f"`inverse` must be an omx.analysis.Inverse of six joints; got {shown(inverse)}.")
         self.inverse, self.chain = inverse, inverse.chain
-        view = as_view(view or View.of_chain(self.chain, q))
+        view = View.of_chain(self.chain, q)
         reach = math.ceil(skeleton.reach(self.chain))
         rows = [(name, "mm", -reach, reach) for name in "xyz"]
         rows += [(name, "deg", -turn, turn) for name, turn in (("roll", 180), ("pitch", 90), ("yaw", 180))]

@@ -90,14 +90,13 @@ def _track(name: str, kind: str, times, values) -> dict:
 def quaternions(rotations):
     """Unit quaternions (N, 4), x y z w, of rotation matrices (N, 3, 3), with no jump of sign between neighbours."""
     m = np.asarray(rotations, float)
-    xx, yy, zz = m[:, 0, 0], m[:, 1, 1], m[:, 2, 2]
-    # The four squares tell which component is largest; dividing by that one never loses digits.
-    squares = np.stack((1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz, 1 + xx + yy + zz), axis=1)
-    a, b, c = m[:, 2, 1] - m[:, 1, 2], m[:, 0, 2] - m[:, 2, 0], m[:, 1, 0] - m[:, 0, 1]
-    d, e, f = m[:, 1, 0] + m[:, 0, 1], m[:, 0, 2] + m[:, 2, 0], m[:, 2, 1] + m[:, 1, 2]
-    rows = np.stack((np.stack((squares[:, 0], d, e, a), 1), np.stack((d, squares[:, 1], f, b), 1),
-                     np.stack((e, f, squares[:, 2], c), 1), np.stack((a, b, c, squares[:, 3]), 1)), axis=1)  # fmt: skip
-    out = rows[np.arange(len(m)), squares.argmax(axis=1)]
+    turned, trace = m.swapaxes(1, 2), np.trace(m, axis1=1, axis2=2)
+    products = np.empty((len(m), 4, 4))  # four times those of every two components
+    products[:, :3, :3] = m + turned + (1 - trace)[:, None, None] * np.eye(3)
+    products[:, 3, :3] = products[:, :3, 3] = (m - turned)[:, (2, 0, 1), (1, 2, 0)]
+    products[:, 3, 3] = 1 + trace
+    # The row of the largest component: to divide by that one never loses digits.
+    out = products[np.arange(len(m)), np.einsum("nii->ni", products).argmax(axis=1)]
     out /= np.linalg.norm(out, axis=1, keepdims=True)
     flips = np.sign(np.einsum("ij,ij->i", out[1:], out[:-1]))
     out[1:] *= np.cumprod(np.where(flips < 0, -1.0, 1.0))[:, None]

@@ -9,7 +9,7 @@ from ...arrays import shown
 from ...errors import BadInput
 from .threejs import Drawing
 
-_CAMERA = "/Cameras/default/rotated/<object>"
+CAMERA = "/Cameras/default/rotated/<object>"
 #: Narrow, so that parallel beams look parallel.
 _FIELD_OF_VIEW = 28
 #: Directions and strengths of the two lamps; the first one casts the shadows.
@@ -40,11 +40,6 @@ class Camera(Enum):
         return {"target": _y_up(aim), "position": _y_up(position)}
 
 
-def presets(aim, distance: float) -> dict:
-    """Every camera, for the buttons in the scene."""
-    return {camera.name.lower(): camera.place(aim, distance) for camera in Camera}
-
-
 def fitting(half_height: float) -> float:
     """How far (m) a camera must be to see so much (m) above and below its aim, with a margin of a tenth."""
     return 1.1 * half_height / math.tan(math.radians(_FIELD_OF_VIEW / 2))
@@ -57,7 +52,7 @@ def set_camera(channel, camera: Camera, aim, distance: float) -> None:
     """
     with channel.batch():
         for name, value in {"fov": _FIELD_OF_VIEW, **camera.place(aim, distance)}.items():
-            channel.set(_CAMERA, name, value)
+            channel.set(CAMERA, name, value)
 
 
 def set_light(channel) -> None:

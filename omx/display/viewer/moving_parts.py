@@ -37,10 +37,6 @@ class Figure:
             self._shown = shown
             self._channel.set(self._root, "visible", shown)
 
-    def fade(self, opacity: float) -> None:
-        """Make every surface translucent: 1 is solid."""
-        self._channel.set(self._root, "color", [1.0, 1.0, 1.0, float(opacity)])
-
 
 class Trail:
     """A line that grows with each pose, in short pieces; `add` is cheap when the point has hardly moved."""

@@ -14,7 +14,7 @@ import umsgpack
 from PIL import Image, ImageDraw, ImageFilter, ImageFont
 
 from .commands import TYPED
-from .environment import LAMPS
+from .environment import CAMERA, LAMPS
 
 #: Drawn this many times larger, then made smaller: smooth edges.
 FINE = 2
@@ -27,7 +27,6 @@ SKY = 0.5
 SHADOW = 0.17
 _FONT = Path(matplotlib.get_data_path(), "fonts/ttf/DejaVuSans-Bold.ttf")
 _DTYPES = {code: np.dtype(name).newbyteorder("<") for name, code in TYPED.items()}
-_CAMERA = "/Cameras/default/rotated/<object>"
 
 
 class Part(NamedTuple):
@@ -57,7 +56,7 @@ class Lens:
     """The camera: points (n, 3) in metres become columns, rows, and a depth that grows away from the eye."""
 
     def __init__(self, log: dict, width: int, height: int):
-        told = {name: umsgpack.unpackb(data)["value"] for (_, path, name), data in log.items() if path == _CAMERA}
+        told = {name: umsgpack.unpackb(data)["value"] for (_, path, name), data in log.items() if path == CAMERA}
         eye, aim = (np.array([x, -z, y]) for x, y, z in (told["position"], told["target"]))  # from axes with y up
         ahead = _unit(aim - eye)
         right = _unit(np.cross(ahead, (0.0, 0.0, 1.0)))

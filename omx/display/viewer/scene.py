@@ -49,7 +49,7 @@ class Scene:
 
     def _config(self) -> dict:
         """What the scene's scripts are told when they start."""
-        return {"cameras": environment.presets(*self._aim)}
+        return {"cameras": {camera.name.lower(): camera.place(*self._aim) for camera in Camera}}
 
     # -- marks --------------------------------------------------------------------------------------------
 

@@ -100,7 +100,7 @@ class View(Scene):
     @opacity.setter
     def opacity(self, value: float) -> None:
         self._opacity = as_number(value, "opacity", "0 to 1", 0.0, 1.0)
-        self._figure.fade(self._opacity)
+        self.channel.set("/meshcat/arm", "color", [1.0, 1.0, 1.0, self._opacity])
 
     @property
     def gripper(self) -> float:
