@@ -75,6 +75,8 @@ def parameter_values(parameters: Parameters) -> dict[sp.Symbol, sp.Expr]:
         raise BadInput(f"`parameters` must be symbols, or map each symbol to its value; got {shown(parameters)}.")
     values = {}
     for symbol, value in parameters.items() if isinstance(parameters, Mapping) else ():
+        if not isinstance(symbol, sp.Symbol):
+            raise BadInput(f"`parameters` are SymPy symbols, each with its value; got {shown(symbol)}.")
         number = values[symbol] = sp.S.NaN if value is None or isinstance(value, str) else as_expression(value)
         if not isinstance(number, sp.Expr) or number.free_symbols or not number.is_real or not abs(number) < HUGE:
             raise BadInput(f"parameter `{symbol}` must have a real number as its value; got {shown(value)}.")

@@ -612,6 +612,11 @@ def test_no_number_is_written_that_code_cannot_hold(value):
         one(value)
 
 
+def test_a_parameter_is_a_symbol_also_where_no_function_takes_it():
+    with pytest.raises(BadInput, match="`parameters` are SymPy symbols, each with its value; got 'L2'"):
+        source("m", [], parameters={"L2": 0.1}, **ABOUT)
+
+
 def test_text_is_never_evaluated():
     for attempt in (lambda: one("__import__('os')"), lambda: numbers("__import__('os').getpid()", {})):
         with pytest.raises(BadInput, match="an expression or a number is wanted"):
