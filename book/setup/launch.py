@@ -181,7 +181,7 @@ def hand_over(arguments):
     if WINDOWS:
         return wait_for(arguments)
     sys.stdout.flush()
-    if not (WINDOWS or has_home() or has_home(own_home())):
+    if not (has_home() or has_home(own_home())):
         raise Stop("Neither your home folder nor .venv can be written: let HOME name a folder that can.")
     os.chdir(ROOT)
     try:

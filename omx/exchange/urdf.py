@@ -389,7 +389,7 @@ def _tree(described) -> ElementTree.Element:
         raise BadInput(f"a URDF must be a text; got {shown(described)}.")
     if len(described) > MOST_BYTES:
         raise BadInput(f"the file has more than {MOST_BYTES} bytes: not a robot's description.")
-    if "<!DOCTYPE" in described:
+    if "<!DOCTYPE" in re.sub("<!--.*?-->", "", described, flags=re.DOTALL):
         raise BadInput("the file has a DOCTYPE: URDF has none, and it may define entities, so it is not read.")
     try:
         robot = ElementTree.fromstring(described)

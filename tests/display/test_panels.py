@@ -237,6 +237,8 @@ def test_out_of_reach_says_how_much_is_missing():
     with pytest.raises(omx.Unreachable) as caught:
         omx.solve_ik((600, 0, 204, 0))
     assert f"{caught.value.missing:.3f} mm are missing" in panel.message
+    panel.branch = "front, elbow up"
+    assert f"{caught.value.missing:.3f} mm are missing" in panel.message
     assert panel.message.startswith("The arm stays.")
     assert panel.message in text_of(panel._notice)
     assert text_of(panel._text).count("out of reach") == 4
@@ -384,10 +386,12 @@ def test_the_terms_of_r_and_z_are_those_of_the_chapter_and_add_up(q):
     assert sum(shares["z"]) == pytest.approx(z, abs=1e-9)
 
 
-def test_a_slider_changes_the_terms_and_a_row_shows_its_frame_beside_those_of_the_reader():
+@pytest.mark.parametrize("times", [1, 2])
+def test_a_slider_changes_the_terms_and_a_row_shows_its_frame_beside_those_of_the_reader(times):
     view = View()
     view.frames(0)
-    panel = JointPanel(view, terms=True)
+    for _ in range(times):
+        panel = JointPanel(view, terms=True)
     before = text_of(panel._text)
     panel.sliders[3].value = -30
     after = text_of(panel._text)

@@ -166,6 +166,15 @@ def test_what_urdf_cannot_say_is_refused_by_name(chain, message):
         omx.urdf.text(chain)
 
 
+def test_a_remark_may_speak_of_anything():
+    remark = "<!-- a <!DOCTYPE in a remark -->"
+    ours = omx.urdf.text().partition("<robot")
+    q = [0.1, 0.2, 0.3, 0.4]
+    np.testing.assert_array_equal(
+        omx.urdf.parse(remark + "<robot" + ours[2]).fk(q), omx.urdf.parse(omx.urdf.text()).fk(q)
+    )
+
+
 def with_joint(change, old='type="revolute"', count=1):
     return MAKER.replace(old, change, count)
 

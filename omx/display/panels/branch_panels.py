@@ -114,7 +114,7 @@ class BranchPanel(Panel):
 
     def _choose(self):
         """The branch that the arm takes: the nearest, or the one that it is to keep to. `OmxError` without one."""
-        if self.branch == NEAREST:
+        if self.branch == NEAREST or not any(s.reachable for s in self._solutions):
             return self._nearest()
         (named,) = (s for s in self._solutions if s.branch == self.branch)
         if not named.legal:

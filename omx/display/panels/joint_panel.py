@@ -42,6 +42,7 @@ class JointPanel(Panel):
         view.bones()
         self._shown = view.shown_frames
         view.frames(*range(len(view.chain) + 1))
+        view.shown_frames = self._shown
         table = DHTable(html=dh_table(view.chain))
         table.observe(lambda change: self._light(view, change["new"]), "lit")
         self._light(view, 0)

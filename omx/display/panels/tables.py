@@ -58,7 +58,7 @@ def verdict(solution) -> str:
     if solution.legal:
         return "legal"
     if not solution.reachable:
-        return f"out of reach, {solution.missing:.1f} mm missing"
+        return f"out of reach, {solution.missing:.{1 if solution.missing >= 0.1 else 3}f} mm missing"
     return "; ".join(str(violation) for violation in solution.violations)
 
 

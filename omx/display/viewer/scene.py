@@ -27,7 +27,7 @@ class Scene:
         self._mark = 52.0 * max(0.5, distance)
         #: Called with the target to which a reader drags the tool, [x, y, z, pitch] (mm, rad) or a hand's T (4, 4), and
         #: with the joint values: no target (None) where a link was pulled, no joint values where it cannot be had.
-        self.on_drag = None
+        self.on_drag = lambda pose, q: None
         self._widget = None
         self._notes: set[str] = set()
         with self.channel.batch():

@@ -450,8 +450,8 @@ class Driver:
 
         It goes on pressing. Does not wait. Raises `TorqueOff`, `Stopped`, `NotReady` without a gripper.
         """
+        self.gripper.began = stops = self.brake.stops  # counted first: a stop may come between two lines
         self.brake.refuse_if_latched()
-        self.gripper.began = stops = self.brake.stops
         self.watcher.asked()
         if GRIPPER_ID not in self.servos.ids:
             raise NotReady(self.bus.name, ["no gripper: servo 15 does not answer"])
@@ -467,7 +467,6 @@ class Driver:
         """Wait until the fingers stand, and look; raises `Stopped` if somebody stopped them, resumed or not."""
         with self.unbroken(_STOPS):
             found = self.gripper.settle()
-            self.brake.refuse_if_latched()
             self.brake.refuse_if_stopped_since(self.gripper.began)
         return found
 

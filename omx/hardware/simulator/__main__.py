@@ -81,9 +81,9 @@ def main(argv=None) -> int:
         return 1
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     print(end.name, flush=True)
-    if orders:
-        threading.Thread(target=follow, args=(orders, arm), daemon=True).start()
     with contextlib.suppress(KeyboardInterrupt):
+        if orders:
+            threading.Thread(target=follow, args=(orders, arm), daemon=True).start()
         serve(end, arm, clock)
     end.close()
     return 0

@@ -61,15 +61,22 @@ def serve(end: "TcpEnd | PtyEnd", arm: VirtualArm, clock: Clock):
 
 
 def follow(orders: Iterable[str], arm: VirtualArm):
-    """Carry out `orders`, each a fault or `clear`, and print what came of it; when they end, the program is ended."""
-    for order in orders:
-        try:
-            with arm.lock:
-                arm.faults.clear() if order.strip() == "clear" else arm.faults.inject_text(order)
-            print("ok", flush=True)
-        except OmxError as error:
-            print(f"refused: {error}", flush=True)
-    _thread.interrupt_main(signal.SIGTERM)
+    """Carry out `orders`, each a fault or `clear`, and print what came of it.
+
+    When they end, or those who gave them have gone, the program is ended.
+    """
+    try:
+        for order in orders:
+            try:
+                with arm.lock:
+                    arm.faults.clear() if order.strip() == "clear" else arm.faults.inject_text(order)
+                print("ok", flush=True)
+            except OmxError as error:
+                print(f"refused: {error}", flush=True)
+    except OSError:  # a pipe or a terminal that has gone
+        sys.stdout = None  # there is nobody to flush it for
+    finally:
+        _thread.interrupt_main(signal.SIGTERM)
 
 
 def _carry(end, arm: VirtualArm, wire: Wire, now: float):

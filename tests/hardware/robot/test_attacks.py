@@ -106,6 +106,27 @@ def test_a_stop_from_a_signals_handler_wins_wherever_it_comes(robot, monkeypatch
     robot.move_to(TARGET)
 
 
+@pytest.mark.parametrize("act", ["write_gripper", "write_joints", "park"])
+def test_a_stop_just_after_the_look_at_the_latch_wins(robot, monkeypatch, act):
+    robot.clock.sleep(0.5)
+    servos = [robot.arm.servo(servo) for servo in (11, 12, 13, 14, 15)]
+    before, brake = [servo.joint.angle for servo in servos], robot.driver.brake
+    look = brake.refuse_if_latched
+
+    def late():
+        look()
+        monkeypatch.undo()
+        robot.stop()
+
+    monkeypatch.setattr(brake, "refuse_if_latched", late)
+    with pytest.raises(Stopped):
+        {"write_gripper": lambda: robot.write_gripper(False), "write_joints": lambda: robot.write_joints(TARGET)}.get(
+            act, robot.park
+        )()
+    robot.clock.sleep(3.0)
+    np.testing.assert_allclose([servo.joint.angle for servo in servos], before, atol=math.radians(1.0))
+
+
 # ---- threads ----
 
 

@@ -235,6 +235,22 @@ def test_without_standard_input_it_serves_until_a_signal(by):
         assert process.wait(10) == 0
 
 
+def test_where_standard_input_ends_at_once_it_ends_at_once():
+    for _ in range(3):  # the end may come before it serves
+        done = subprocess.run([*PYTHON, "--stdin"], stdin=subprocess.DEVNULL, capture_output=True, cwd=ROOT, timeout=30)
+        assert (done.returncode, done.stderr) == (0, b"")
+
+
+def test_it_ends_with_whoever_reads_what_it_says():
+    process = subprocess.Popen([*PYTHON, "--stdin"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=ROOT)
+    process.stdout.readline()
+    process.stdout.close()
+    process.stdin.write(b"clear\n")
+    process.stdin.flush()
+    assert process.wait(10) == 0
+    process.stdin.close()
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="a shell")
 @pytest.mark.parametrize("how", ["{} <&- &", "nohup {} </dev/null 2>/dev/null &", "{} & wait"])
 def test_a_shell_may_start_it_in_any_way(how):
