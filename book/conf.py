@@ -47,6 +47,7 @@ html_theme_options = {
     "show_navbar_depth": 1,
     "show_toc_level": 2,
     "use_fullscreen_button": False,
+    "back_to_top_button": False,  # it would lie over the text, in a colour that few can read
     "navigation_with_keys": False,  # arrows scroll wide formulas and code
     "logo": {"text": "OpenMANIPULATOR-X", "alt_text": "Kinematics of the OpenMANIPULATOR-X: start page"},
     "pygments_light_style": "a11y-high-contrast-light",

@@ -98,11 +98,7 @@ _ORDERED, _PLAIN = (tuple, list, Four), {float, int}
 def as_four(value, name: str, wanted: str) -> tuple[float, float, float, float]:
     """Four finite floats, from any one row that `as_rows` takes; `BadInput` otherwise."""
     four = as_four_or_rows(value, name, wanted, many=False)
-    if four.__class__ is tuple:
-        return four
-    if is_foreign(four) and four.ndim == 1:
-        return tuple(as_rows(four, name, 4, wanted, many=False).tolist())
-    raise BadInput(f"`{name}` must be {wanted}, shape (4,); got shape {tuple(four.shape)}.")
+    return four if four.__class__ is tuple else tuple(as_rows(four, name, 4, wanted, many=False).tolist())
 
 
 def as_four_or_rows(value, name: str, wanted: str, many: bool = True):
@@ -120,8 +116,8 @@ def as_four_or_rows(value, name: str, wanted: str, many: bool = True):
             four = tuple(value.tolist())
         elif isinstance(value, _ORDERED):
             four = tuple(value)
-        elif is_foreign(value):
-            return _of_four(value, name, wanted)
+        elif is_foreign(value) and value.ndim and value.shape[-1] == 4:
+            return value
         a, b, c, d = four
         if a.__class__ is float and b.__class__ is float and c.__class__ is float and d.__class__ is float:
             if abs(a + b + c + d) < HUGE:
@@ -134,15 +130,10 @@ def as_four_or_rows(value, name: str, wanted: str, many: bool = True):
     return tuple(rows.tolist()) if rows.ndim == 1 else rows
 
 
-def _of_four(array, name: str, wanted: str):
-    """An array of another library with four columns; `BadInput` otherwise. Its values are its own business."""
-    if array.ndim == 0 or array.shape[-1] != 4:
-        raise BadInput(f"`{name}` must be {wanted}, shape (4,) or (..., 4); got shape {tuple(array.shape)}.")
-    return array
-
-
 def as_rows(value, name: str, columns: int, wanted: str, many: bool = True):
     """`value` as a float64 array of shape (..., `columns`), finite throughout; `BadInput` otherwise.
+
+    One row alone, (`columns`,), unless `many`.
 
     What passes, here and through `as_four`: arrays of whole numbers or floats, whatever NumPy makes such an array of
     (pandas, PyTorch), lists and tuples of numbers, nested or not, and an iterator over one row. Numbers may be
@@ -153,7 +144,7 @@ def as_rows(value, name: str, columns: int, wanted: str, many: bool = True):
     if isinstance(value, Iterator):
         value = _row(value, columns)
     array = _as_floats(value, expected)
-    if array.ndim == 0 or array.shape[-1] != columns:
+    if array.ndim == 0 or array.shape[-1] != columns or (array.ndim > 1 and not many):
         raise BadInput(f"{expected}; got shape {array.shape}.")
     if array.size == 0:
         raise BadInput(f"{expected}; got an empty batch of shape {array.shape}.")
@@ -177,10 +168,17 @@ def as_number(value, name: str, wanted: str = "a number", low: float = -HUGE, hi
 
 
 def as_count(value, name: str, least: int = 1, most: int = 1 << 40) -> int:
-    """A whole number, `least` or more; `BadInput` otherwise."""
+    """A whole number, `least` to `most`; `BadInput` otherwise."""
     if isinstance(value, (int, np.integer)) and not isinstance(value, bool) and least <= value <= most:
         return int(value)
-    raise BadInput(f"`{name}` must be a whole number, at least {least}; got {shown(value)}.")
+    raise BadInput(f"`{name}` must be a whole number, at least {least} and at most {most:,}; got {shown(value)}.")
+
+
+def as_word(value, name: str = "name") -> str:
+    """A name that can stand in a path; `BadInput` otherwise."""
+    if isinstance(value, str) and value and "/" not in value:
+        return value
+    raise BadInput(f"`{name}` must be a word without '/'; got {shown(value)}.")
 
 
 def as_floats(value, name: str, wanted: str) -> np.ndarray:
@@ -256,8 +254,10 @@ def stacked(entries, like):
 
 
 def fill(out, entries):
-    """Write nested tuples of columns (or plain numbers) into the trailing axes of `out`, row by row."""
-    for i, row in enumerate(entries):
-        for j, entry in enumerate(row):
-            out[..., i, j] = entry
+    """Write columns (or plain numbers), or a tuple of tuples of them, into the last axis of `out`, or the last two."""
+    for i, entry in enumerate(entries):
+        if isinstance(entry, tuple):
+            fill(out[..., i, :], entry)
+        else:
+            out[..., i] = entry
     return out

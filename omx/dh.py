@@ -4,9 +4,10 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import repeat
+from itertools import accumulate, repeat
 from math import inf, isfinite, sin
 from numbers import Real
+from operator import mul
 from typing import Any
 
 import numpy as np
@@ -107,6 +108,11 @@ class Chain:
     def __repr__(self) -> str:
         return f"Chain({self.name!r}, joints {', '.join(self.names)})"
 
+    @property
+    def size(self) -> float:
+        """The lengths of all rows together (mm): what is small for this arm is a share of it."""
+        return float(sum(abs(float(row.d)) + abs(float(row.a)) for row in self.rows))
+
     def matrices(self, q):
         """The link matrices A_1 .. A_n: (..., n, 4, 4), mm; a list of SymPy matrices for symbolic input.
 
@@ -129,7 +135,7 @@ class Chain:
         """
         links = self.matrices(q)
         if isinstance(links, list):
-            return _products(links, self.base)
+            return list(accumulate(links, mul, initial=exact_transform(self.base)))
         out = np.empty((*links.shape[:-3], len(self.rows) + 1, 4, 4))
         out[..., 0, :, :] = np.eye(4) if self.base is None else self.base
         for i in range(len(self.rows)):
@@ -152,9 +158,7 @@ class Chain:
 
     def violations(self, q) -> tuple[Violation, ...]:
         """Every joint of `q` (n,) that is outside its limits; empty if all are inside, or there are none."""
-        q = self._as_values(q)
-        if q.ndim != 1:
-            raise BadInput(f"`q` must be one configuration, shape ({len(self)},); got shape {q.shape}.")
+        q = self._as_values(q, many=False)
         prismatic = [row.prismatic for row in self.rows]
         return limit_violations(q.tolist(), self.limits or (), self.names, prismatic=prismatic)
 
@@ -170,8 +174,8 @@ class Chain:
             DHRow(float(row.theta), float(row.d), float(row.a), float(row.alpha), row.prismatic) for row in self.rows
         )
 
-    def _as_values(self, q):
-        return as_rows(q, "q", len(self.rows), f"the joint values of {self.name} in rad (mm where prismatic)")
+    def _as_values(self, q, many: bool = True):
+        return as_rows(q, "q", len(self.rows), f"the joint values of {self.name} in rad (mm where prismatic)", many)
 
     def _is_symbolic(self, q) -> bool:
         entries = [entry for row in self.rows for entry in row.at(0)]
@@ -190,10 +194,19 @@ class Chain:
         if np.shape(q) not in ((len(self),), (len(self), 1), (1, len(self))):
             raise BadInput(f"`q` must be {len(self)} symbols or numbers, one a joint; got shape {np.shape(q)}.")
         links = [
-            sp.Matrix(_link(exact(row), _variable(variable), sp.cos, sp.sin))
+            sp.Matrix(_link(exact(row), as_expression(variable), sp.cos, sp.sin))
             for row, variable in zip(self.rows, np.ravel(q).tolist(), strict=True)
         ]
         return [*links[:-1], links[-1] * exact_transform(self.tool)]
+
+
+def as_chain(value, name: str = "chain", numbers: bool = False) -> Chain:
+    """`value`, if it is a `Chain`, and without symbols where `numbers` are wanted; `BadInput` otherwise."""
+    if not isinstance(value, Chain):
+        raise BadInput(f"`{name}` must be an omx.Chain; got {shown(value)}.")
+    if numbers and value._is_symbolic(np.zeros(len(value))):
+        raise BadInput(f"`{name}` must hold numbers; {value!r} has symbols in it: give them values first.")
+    return value
 
 
 def as_table(rows) -> tuple[DHRow, ...]:
@@ -363,16 +376,16 @@ def exact_angle(value):
     return constant + rest
 
 
-def _variable(value):
-    """A joint's variable for SymPy: a symbol, an expression or a number."""
+def as_expression(value):
+    """`value` as SymPy's. `BadInput` for what is no number and no expression: text is never evaluated."""
     import sympy as sp
 
     try:
         expression = sp.sympify(value, strict=True)
-    except (sp.SympifyError, TypeError, ValueError, AttributeError):
+    except (sp.SympifyError, TypeError, ValueError, AttributeError, OverflowError):
         expression = None
     if not isinstance(expression, sp.Expr):
-        raise BadInput(f"`q` must be symbols, expressions or numbers; it holds {shown(value)}.")
+        raise BadInput(f"an expression or a number is wanted; got {shown(value)}.")
     return expression
 
 
@@ -389,10 +402,8 @@ def limit_violations(
     """One `Violation` for each value of `q` more than `slack` (rad, or mm where `prismatic`) outside its limits."""
     found = []
     for value, (low, high), name, slides in zip(q, limits, names, prismatic or repeat(False), strict=False):
-        if value < low - slack:
-            found.append(Violation(name, value, low, slides))
-        elif value > high + slack:
-            found.append(Violation(name, value, high, slides))
+        if not low - slack <= value <= high + slack:
+            found.append(Violation(name, value, low if value < low else high, slides))
     return tuple(found)
 
 
@@ -428,11 +439,3 @@ def exact_transform(T):
 
     T = as_transform(T, "T")
     return sp.eye(4) if T is None else sp.Matrix(4, 4, lambda i, j: _length(T[i, j]))
-
-
-def _products(links: list, base) -> list:
-    """The running products of SymPy link matrices, the base first."""
-    frames = [exact_transform(base)]
-    for link in links:
-        frames.append(frames[-1] * link)
-    return frames

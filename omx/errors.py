@@ -206,8 +206,8 @@ class BusTimeout(BusError):
     def __init__(self, port: str, doing: str, missing, answered=()):
         self.doing, self.missing, self.answered = doing, tuple(missing), tuple(answered)
         first, *rest = self.missing
-        after = f"; {_listed(rest)} come after it in turn and stay silent" if rest else ""
-        before = f" ({_listed(self.answered)} did{after})" if self.answered else after
+        after = f"; {listed(rest)} come after it in turn and stay silent" if rest else ""
+        before = f" ({listed(self.answered)} did{after})" if self.answered else after
         super().__init__(
             port,
             f"servo {first} did not answer{before}. It was asked to {doing}. Is the 12 V supply on, and the cable "
@@ -423,7 +423,7 @@ class ServoRestarted(BusError):
         now = "It was switched on again where it was. The arm holds." if held else "Its motor is OFF: support the arm."
         super().__init__(
             port,
-            f"servo {_enumerated(self.servos)} restarted by itself, and its motor went off for a moment: too little "
+            f"servo {listed(self.servos)} restarted by itself, and its motor went off for a moment: too little "
             f"power, or a loose plug. {now} Look at the supply and the cables, then move on.",
         )
 
@@ -433,14 +433,11 @@ def _gone(missing, answered) -> str:
         return "no servo answers any more: the 12 V supply is off (then the arm falls), or the first cable is out."
     if len(missing) > 1 and min(missing) > max(answered):
         where = f"the chain is broken between servo {max(answered)} and servo {missing[0]}: look at that cable"
-        return f"servo {_enumerated(missing)} no longer answer; {where}. The others hold; these may have no power."
-    return f"servo {_enumerated(missing)} no longer answers: look at its cable. The others hold; it may have no power."
+        return f"servo {listed(missing)} no longer answer; {where}. The others hold; these may have no power."
+    return f"servo {listed(missing)} no longer answers: look at its cable. The others hold; it may have no power."
 
 
-def _listed(ids) -> str:
+def listed(ids) -> str:
+    """Numbers or names in a row: `11, 12 and 13`."""
     *most, last = map(str, ids)
     return f"{', '.join(most)} and {last}" if most else last
-
-
-def _enumerated(ids) -> str:
-    return ", ".join(map(str, ids))

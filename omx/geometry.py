@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from .arm import COURSE_LENGTHS, LIMITS, MAKER_LENGTHS
 from .arrays import as_number, shown
-from .dh import Chain
+from .dh import Chain, as_chain
 from .errors import BadInput, OmxError
 from .generated import fk as _fk
 
@@ -82,9 +82,9 @@ def as_geometry(value) -> Geometry:
     )
 
 
-def as_arm(value) -> Geometry | Chain:
-    """`value`, if it is a `Geometry` or a `Chain`; `BadInput` otherwise."""
-    return value if isinstance(value, Chain) else as_geometry(value)
+def as_arm(value, numbers: bool = False) -> Geometry | Chain:
+    """`value`, if it is a `Geometry` or a `Chain`, this without symbols where `numbers` are wanted; else `BadInput`."""
+    return as_chain(value, "geometry", numbers) if isinstance(value, Chain) else as_geometry(value)
 
 
 def _as_length(value, key: str) -> float:

@@ -8,9 +8,10 @@ import subprocess
 import sys
 
 from book.chapters import lint, lint_numbers
-from book.setup.paths import ROOT
+from book.setup.paths import ROOT, in_a_sentence
 
 
+@in_a_sentence
 def check(arguments):
     """Print each complaint; the exit status. `arguments`: chapters as `03`, file names or paths; all if empty."""
     paths = lint.chapters(arguments)

@@ -23,7 +23,17 @@ from book.chapters import normalise
 from book.chapters.cells import slide_type, source, tags
 from book.chapters.student import Refused, give_out, kept_lines, secret_lines, squeeze, student_copy
 from book.setup.installers import MADE_FOR, this_system
-from book.setup.paths import BUILD, ENVIRONMENT, ROOT, WINDOWS, Stop, child_environment, in_a_sentence, package_of
+from book.setup.paths import (
+    BUILD,
+    ENVIRONMENT,
+    ROOT,
+    WINDOWS,
+    Stop,
+    child_environment,
+    in_a_sentence,
+    package_of,
+    whole,
+)
 
 STUDENT = BUILD / "student"
 
@@ -31,8 +41,8 @@ STUDENT = BUILD / "student"
 ALONG = (
     "run.py", "environment.txt", "LICENSE", "omx/**/*", "book/__init__.py", "book/setup/**/*", "book/reader/**/*",
     "book/chapters/__init__.py", "book/chapters/generate.py", "book/chapters/execute.py", "book/publish/__init__.py",
-    "book/notation.md", "book/errata.md", "book/glossary.md", "book/bibliography.md", "book/static/arm.png",
-    "book/static/house.css", "book/templates/handin.html",
+    "book/notation.md", "book/errata.md", "book/glossary.md", "book/bibliography.md", "book/files.md",
+    "book/static/arm.png", "book/static/house.css", "book/templates/handin.html",
 )  # fmt: skip
 STAYS = re.compile(
     r"(^|/)(__pycache__|\.ipynb_checkpoints|\.DS_Store)(/|$)|^book/(setup/(lock|extra_envs)|chapters/edition)\.py$"
@@ -78,12 +88,8 @@ def write(target, wheels=False, root=ROOT, graded=()):
     found = leaks(files, root)
     if found:
         raise Refused(f"a solution or note can still be read in the edition: {'; '.join(found[:3])}")
-    partial = target.with_name(target.name + ".part")
-    try:
+    with whole(target) as partial:
         pack(partial, files, wheels)
-        partial.replace(target)
-    finally:
-        partial.unlink(missing_ok=True)
     return target
 
 

@@ -8,6 +8,7 @@ A notebook that fails is left as it was; the cell that failed is printed with it
 """
 
 import argparse
+import json
 import re
 import sys
 import time
@@ -19,6 +20,7 @@ from nbclient.exceptions import CellExecutionError, CellTimeoutError, DeadKernel
 
 from book.chapters import normalise
 from book.chapters.kernels import SocketKernelManager
+from book.setup.paths import Stop
 
 CELL_TIMEOUT_S = 120
 START_TIMEOUT_S = 120
@@ -42,7 +44,7 @@ def run(path, cwd=None, timeout_s=CELL_TIMEOUT_S, allow_errors=False, env=None):
     """
     at = {"number": 0, "cell": None}
     client = NotebookClient(
-        nbformat.read(path, as_version=4),
+        nbformat.reads(json.dumps(normalise.read(path)), as_version=4),
         timeout=timeout_s,
         startup_timeout=START_TIMEOUT_S,
         kernel_name="python3",
@@ -87,7 +89,7 @@ def main(argv=None):
         start = time.perf_counter()
         try:
             changed = execute(path, options.timeout, options.dry_run)
-        except Failed as error:
+        except (Failed, Stop) as error:
             failed += 1
             print(error, file=sys.stderr)
             continue

@@ -4,6 +4,7 @@
 """
 
 import difflib
+import json
 import os
 import shutil
 import subprocess
@@ -11,8 +12,9 @@ import sys
 import tempfile
 from pathlib import Path
 
+from book.chapters import normalise
 from book.chapters.cells import tags
-from book.setup.paths import NOTEBOOKS
+from book.setup.paths import NOTEBOOKS, in_a_sentence
 from omx.derive.store import GENERATED, writer
 from omx.errors import OmxError
 
@@ -30,7 +32,7 @@ def run_notebook(name: str, target: Path) -> None:
     from nbclient import NotebookClient
     from nbclient.exceptions import CellExecutionError, CellTimeoutError, DeadKernelError
 
-    notebook = nbformat.read(NOTEBOOKS / f"{name}.ipynb", as_version=4)
+    notebook = nbformat.reads(json.dumps(normalise.read(NOTEBOOKS / f"{name}.ipynb")), as_version=4)
     notebook.cells = [
         cell for cell in notebook.cells if not {"solution", "check"} & set(tags(cell))
     ]  # a sheet's are TODO
@@ -68,6 +70,7 @@ def difference(target: Path) -> str:
     return "".join(pieces)
 
 
+@in_a_sentence
 def main(arguments: list[str]) -> int:
     """Rewrite every generated module, with --check only compare, with --ship make them what is restored later."""
     if arguments not in ([], ["--check"], ["--ship"]):

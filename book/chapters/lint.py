@@ -24,6 +24,7 @@ from book.chapters.cells import (
     word_count,
 )
 from book.setup.names import FILE_NAME
+from book.setup.paths import in_a_sentence
 
 WORDS_PER_LINE = 8
 LINES_PER_CELL = 15
@@ -286,6 +287,7 @@ def chapters(argv):
     return normalise.chapters(argv) if argv else sorted(normalise.NOTEBOOKS.glob("*.ipynb"))
 
 
+@in_a_sentence
 def main(argv=None):
     found = [problem for path in chapters(argv) for problem in problems(path)]
     print("\n".join(found) or "The chapters keep the conventions.")

@@ -21,7 +21,7 @@ import sys
 
 from book.chapters import normalise
 from book.chapters.cells import FENCED, MATHS, is_code, prose, source, text_of
-from book.setup.paths import ROOT
+from book.setup.paths import ROOT, in_a_sentence
 
 NAMES = (
     "chapters?|exercises?|joints?|frames?|rows?|columns?|steps?|links?|sections?|tables?|figures?|cells?|labs?|"
@@ -229,6 +229,7 @@ def of_chapters(paths):
     return [f"{path.name}, cell {number}: {what}" for path, wrong in found for number, what in wrong]
 
 
+@in_a_sentence
 def main(argv=None):
     named = argv or []
     pages = [name for name in named if name.endswith(".md")]

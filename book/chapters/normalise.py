@@ -11,7 +11,6 @@ one. Normalising twice changes nothing.
 import argparse
 import hashlib
 import json
-import os
 import re
 import sys
 from pathlib import Path
@@ -19,7 +18,7 @@ from pathlib import Path
 from book.chapters.cells import default_slide_type, slide_type, text_of
 from book.setup import names
 from book.setup.paths import NOTEBOOKS as NOTEBOOKS  # the tools that read chapters take it from here
-from book.setup.paths import Stop
+from book.setup.paths import WORK, Stop, in_a_sentence, whole
 
 KERNELSPEC = {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"}
 LANGUAGE = {
@@ -148,22 +147,35 @@ def dumps(notebook):
     return json.dumps(notebook, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
 
 
+class Damaged(Stop, ValueError):
+    """A file that is no notebook: which, why, and how to get one in its place."""
+
+    def __init__(self, path, why):
+        path = Path(path)
+        again = f"`python run.py reset {path.name[:2]}` gives the chapter out again, and keeps this file"
+        fresh = "restore it with git, or from a fresh copy of the book"
+        super().__init__(f"{path} is not a notebook ({why}): {again if path.parent == WORK else fresh}.")
+
+
 def read(path):
-    """The parsed JSON of a notebook file; ValueError names the file when it is not JSON."""
+    """The parsed JSON of a notebook file; `Damaged` where it is not a notebook."""
     try:
-        return json.loads(Path(path).read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise ValueError(f"{path} is not a notebook: {error}") from error
+        notebook = json.loads(Path(path).read_text(encoding="utf-8"))
+        _ = [(cell["cell_type"], text_of(cell["source"])) for cell in notebook["cells"]]
+    except (ValueError, RecursionError) as error:
+        raise Damaged(path, error) from error
+    except (KeyError, TypeError) as error:
+        raise Damaged(path, "its cells are not whole") from error
+    return notebook
 
 
 def write(path, notebook):
     """Write the notebook whole or not at all; True when the file changed."""
     path, text = Path(path), dumps(notebook)
-    if path.exists() and path.read_text(encoding="utf-8") == text:
+    if path.exists() and path.read_bytes() == text.encode():
         return False
-    partial = path.with_name(path.name + ".part")
-    partial.write_text(text, encoding="utf-8", newline="\n")
-    os.replace(partial, path)
+    with whole(path) as partial:
+        partial.write_text(text, encoding="utf-8", newline="\n")
     return True
 
 
@@ -175,6 +187,7 @@ def chapters(arguments):
         sys.exit(f"run.py: {stop}")
 
 
+@in_a_sentence
 def main(argv=None):
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("notebooks", nargs="*", help="default: every chapter")

@@ -14,6 +14,13 @@ from book.setup.paths import Stop
 #: What `omx.check` offers that judges nothing by itself.
 SUPPORT = ("configurations", "variant", "call", "answer", "student")
 
+#: What a check is tried with before anything is handed out.
+TRIALS = {
+    "solution": "the book's own solutions, which must pass",
+    "empty": "an empty sheet, which must not",
+    "nonsense": "0.0 for every answer, which must not",
+}
+
 
 def assign(chapter, course, hidden=None, thin=True):
     """Write the course's sheet of a chapter, and the grader's key; the sheet's path. Raises `Stop`."""
@@ -93,15 +100,18 @@ def is_criterion(node):
 def validate(key, notebook):
     """The solution must meet every criterion; an empty sheet and nonsense must not, in any exercise. Raises `Stop`."""
     solutions = {cell["id"]: source(cell) for cell in notebook["cells"] if "solution" in tags(cell)}
-    sheets = {"solution": [], "empty": [], "nonsense": []}
+    sheets = {kind: [] for kind in TRIALS}
     for cell in key["chapter"]:
         texts = {"empty": cell["source"], "solution": solutions.get(cell["id"], cell["source"])}
         junk = nonsense(texts["solution"]) if cell["role"] == "solution" else cell["source"]
         for kind in sheets:
             sheets[kind].append({"id": cell["id"], "source": texts.get(kind, junk)})
+    reports = {}
     with tempfile.TemporaryDirectory() as folder:
         library = copied_library(Path(folder))
-        reports = {kind: run_one(key, cells, "", library, []) for kind, cells in sheets.items()}
+        for number, (kind, cells) in enumerate(sheets.items(), 1):
+            print(f"{key['title']}, trial {number} of {len(sheets)}: {TRIALS[kind]} ...", flush=True)
+            reports[kind] = run_one(key, cells, "", library, [])
     for exercise in key["exercises"]:
         results = {kind: report.of(exercise["name"]) for kind, report in reports.items()}
         counted = [number for number, (_, counts) in enumerate(exercise["statements"]) if counts]

@@ -21,6 +21,7 @@ def grade(name, course):
     key, rules = json.loads(path.read_text(encoding="utf-8")), gradebook.Rules(course)
     if not all("cells" in exercise for exercise in key["exercises"]):
         raise Stop(f"{name} was assigned by an older edition of the book: `assign` it again, then grade it.")
+    rules.refuse_unknown(key, name)
     best, rows = sum(rules.points(exercise) for exercise in key["exercises"]), []
     with tempfile.TemporaryDirectory() as folder, concurrent.futures.ThreadPoolExecutor(AT_ONCE) as pool:
         library = copied_library(Path(folder))

@@ -13,6 +13,7 @@ A course's folder may hold two small files. `roster.csv` has the columns student
 import csv
 import datetime
 import math
+import re
 import tomllib
 from typing import NamedTuple
 
@@ -23,14 +24,16 @@ def is_amount(value):
     return isinstance(value, (int, float)) and not isinstance(value, bool) and 0 <= value < math.inf
 
 
-#: The tables of course.toml: does a value fit, and how is one written?
+EXERCISE, CHAPTER = r"\d+\.\d+", r"\d\d"
+#: The tables of course.toml: what may stand at the left, does a value fit, and how is one written?
 TABLES = {
-    "points": (is_amount, '"3.1" = 2'),
-    "weights": (is_amount, '"03" = 1.5'),
-    "due": (lambda value: isinstance(value, datetime.datetime), '"03" = 2026-03-01T23:59:00'),
-    "late": (lambda value: is_amount(value) and value <= 1, "per_day = 0.1"),
-    "days_late": (lambda value: isinstance(value, dict) and all(map(is_amount, value.values())), '"03" = { ada = 0 }'),
-}
+    "points": (EXERCISE, is_amount, '"3.1" = 2'),
+    "weights": (CHAPTER, is_amount, '"03" = 1.5'),
+    "due": (CHAPTER, lambda value: isinstance(value, datetime.datetime), '"03" = 2026-03-01T23:59:00'),
+    "late": ("per_day|at_most", lambda value: is_amount(value) and value <= 1, "per_day = 0.1, or at_most = 0.5"),
+    "days_late": (CHAPTER, lambda value: isinstance(value, dict) and all(map(is_amount, value.values())),
+                  '"03" = { ada = 0 }'),
+}  # fmt: skip
 ROSTER = ("student", "name", "email", "id")
 
 
@@ -62,15 +65,28 @@ class Rules:
             raise Stop(f"course.toml or roster.csv cannot be read: {error}") from error
         if unknown := set(self.tables) - TABLES.keys():
             raise Stop(f"course.toml has [{min(unknown)}]; the tables are {', '.join(sorted(TABLES))}.")
-        for table, (fits, form) in TABLES.items():
+        for table, (left, fits, form) in TABLES.items():
             entries = self.tables.get(table, {})
             for name, value in entries.items() if isinstance(entries, dict) else [(table, entries)]:
-                if not (fits(value) and isinstance(entries, dict)):
+                if not (isinstance(entries, dict) and re.fullmatch(left, name) and fits(value)):
                     raise Stop(f"course.toml, [{table}]: {name} = {value} cannot be; it is written {form}.")
 
     def points(self, exercise):
-        number = exercise["name"].removeprefix("exercise-").replace("-", ".")
-        return self.tables.get("points", {}).get(number, exercise["points"])
+        return self.tables.get("points", {}).get(self.number(exercise), exercise["points"])
+
+    @staticmethod
+    def number(exercise):
+        return exercise["name"].removeprefix("exercise-").replace("-", ".")
+
+    def refuse_unknown(self, key, chapter):
+        """Raises `Stop` for points of an exercise that the chapter lacks, and for days of nobody on the roster."""
+        there = {self.number(exercise) for exercise in key["exercises"]}
+        points = {name for name in self.tables.get("points", {}) if int(name.partition(".")[0]) == int(chapter[:2])}
+        if wrong := points - there:
+            raise Stop(f"course.toml, [points]: {chapter[:2]} has no exercise {min(wrong)} with a check.")
+        days = self.tables.get("days_late", {}).get(chapter[:2], {})
+        if self.roster and (strangers := days.keys() - self.roster.keys()):
+            raise Stop(f"course.toml, [days_late]: {min(strangers)} is not on the roster.")
 
     def weight(self, chapter):
         return self.tables.get("weights", {}).get(chapter[:2], 1)
@@ -122,7 +138,8 @@ def write(path, rows):
 def shown(value):
     if isinstance(value, (int, float)):
         return number(value)
-    return f"'{value}" if str(value)[:1] in "=+-@\t\r" and value else value
+    text = value or ""
+    return f"'{text}" if len(text) > 1 and text[0] in "=+-@\t\r" else text  # a lone `-` is Moodle's blank
 
 
 def totals(course):

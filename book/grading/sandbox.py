@@ -258,7 +258,8 @@ def attempt(source, names, keeper, made_anew):
     except BaseException as error:  # SystemExit and KeyboardInterrupt of an answer, too
         failed = error
     keeper.put_back(made_anew)
-    return ("", " ".join(out.getvalue().split())[-LONG:]) if failed is None else (told(failed), "")
+    once = " ".join(dict.fromkeys(out.getvalue().splitlines()))  # a loop's checks say the same many times
+    return ("", " ".join(once.split())[-LONG:]) if failed is None else (told(failed), "")
 
 
 def told(error):

@@ -14,7 +14,7 @@ import omx
 from omx.derive.store import GENERATED
 from omx.display.viewer import View
 from omx.display.viewer.arm_data import arm_data, chain_data
-from omx.display.viewer.arm_drawings import is_our_arm
+from omx.display.viewer.arm_model import is_our_arm
 from omx.display.viewer.assets import as_expression
 from omx.generated import CHAPTERS
 from omx.kinematics import stale

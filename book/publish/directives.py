@@ -55,7 +55,7 @@ def arm(kind, q, height):
     from omx.display.viewer import View
 
     panel = JointPanel if kind == "joints" else PosePanel
-    return runs.thinned(panel(View(q, height=height), q=q).static_html(shared=True), runs.stock())
+    return runs.thinned(panel(View(q, height=height), q=q).page_html(), runs.stock())
 
 
 def setup(app):

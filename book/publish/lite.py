@@ -75,18 +75,26 @@ UNUSED = re.compile(
     r"|_ssl\.so"
 )
 IMPORTS = {"u-msgpack-python": "umsgpack", "pyserial": "serial"}
+#: A link to a page that lies with the site alone; its words stay.
+FOR_TEACHERS = re.compile(r"\[([^\]]+)\]\(\.\./book/\w+/[^)]+\)")
 #: The kernel asks no package index; what is not among these files is missing.
 KERNEL = "@jupyterlite/pyodide-kernel-extension:kernel"
 SETTINGS = {"pyodideUrl": "./static/pyodide/begin.js", "disablePyPIFallback": True}
 WHERE = (
     "**This copy runs in your browser alone.** Python starts while you read; a line at the foot of the window says how "
     "far it is. What stands below a cell is what the book printed, until you run that cell yourself. Your work is kept "
-    "in this browser; *File*, *Download* gives you the notebook as a file. The arm that moves is virtual here: a real "
-    "one, after *Connect the arm*, is only read, its motors off. *Interrupt* does nothing: to end a long cell, restart "
-    "the kernel."
+    "in this browser; *File*, *Download* gives you the notebook as a file. What a chapter writes into `omx` is there "
+    "for that chapter alone, until its kernel is restarted; nothing here needs `python run.py`. The arm that moves is "
+    "virtual: a real one, after *Connect the arm*, is only read, its motors off. *Interrupt* does nothing: to end a "
+    "long cell, restart the kernel."
 )
-#: JupyterLab follows the system's dark theme, and says nothing of the files' dates, which are the packages' own.
+#: JupyterLab follows the system's dark theme, says nothing of the files' dates, which are the packages' own, and shows
+#: Markdown as it is to be read. It saves after seconds: on a phone a tab is gone without a question.
 LOOKS = {
+    "@jupyterlab/docmanager-extension:plugin": {
+        "autosaveInterval": 5,
+        "defaultViewers": {"markdown": "Markdown Preview"},
+    },
     "@jupyterlab/apputils-extension:themes": {"adaptive-theme": True},
     "@jupyterlab/filebrowser-extension:browser": {"showLastModifiedColumn": False},
 }
@@ -104,6 +112,7 @@ def build(pyodide=None, solutions=False):
     python = extra_envs.python("lite")
     core = lay_out_python(SOURCE, python, pyodide)
     lay_out_chapters(SOURCE / "files", solutions)
+    lay_out_pages(SOURCE / "files")
     shutil.rmtree(LITE, ignore_errors=True)
     command = [python, "-m", "jupyterlite_core", "build", "--lite-dir", SOURCE, "--contents", SOURCE / "files"]
     run([*command, "--output-dir", LITE, "--no-sourcemaps", "--apps", "lab"], "JupyterLite", SOURCE)
@@ -120,7 +129,8 @@ def build(pyodide=None, solutions=False):
 def lay_out_python(folder, python, pyodide=None):
     """Write the browser's Python with its packages into `folder`, where JupyterLite and the site's pages look for it.
 
-    Returns where Pyodide's core was found. Raises `Stop` before `folder` changes if that is of another version.
+    Returns where Pyodide's core was found. Raises `Stop` before `folder` changes if that is of another version; without
+    packages nothing is left of it.
     """
     core = pyodide or npm.modules(ROOT / "book" / "lite", BUILD / "npm-lite") / "pyodide"
     check_version(core, python)
@@ -129,7 +139,11 @@ def lay_out_python(folder, python, pyodide=None):
     static.mkdir(parents=True)
     for name in CORE:
         shutil.copyfile(core / name, static / name)
-    lay_out_packages(static, python, pyodide)
+    try:
+        lay_out_packages(static, python, pyodide)
+    except Stop:
+        shutil.rmtree(folder)
+        raise
     count = [file for file in static.iterdir() if file.suffix not in (".js", ".mjs")]
     script = (ROOT / "book/static/lite_begin.js").read_text(encoding="utf-8").replace("{{files}}", str(len(count)))
     script = script.replace("{{bytes}}", str(sum(file.stat().st_size for file in count)))
@@ -177,7 +191,26 @@ def lay_out_chapters(folder, solutions=False):
     for path in runs.chapters():
         notebook = read(path) if solutions else with_outputs(student_copy(read(path)), read(path))
         where = {"cell_type": "markdown", "id": "where", "metadata": {}, "source": WHERE}
+        for cell in notebook["cells"]:
+            if cells.is_code(cell):
+                cell["outputs"] = [joined(output) for output in cell["outputs"]]
+            else:
+                cell["source"] = FOR_TEACHERS.sub(r"\1", cells.source(cell))
         write(folder / path.name, {**notebook, "cells": [where, *notebook["cells"]]})
+
+
+def lay_out_pages(folder):
+    """The pages of the book to which the chapters lead, and those to which these do."""
+    (folder / "book").mkdir()
+    text = "".join(path.read_text(encoding="utf-8") for path in runs.chapters())
+    waiting = re.findall(r"\]\(\.\./book/([\w-]+\.md)\)", text)
+    while waiting:
+        name = waiting.pop()
+        if not (folder / "book" / name).exists():
+            page = (ROOT / "book" / name).read_text(encoding="utf-8")
+            waiting += re.findall(r"\]\(([\w-]+\.md)\)", page)
+            page = page.replace("](../notebooks/", "](../")
+            (folder / "book" / name).write_text(page, encoding="utf-8", newline="\n")
 
 
 def with_outputs(copy, chapter):
@@ -193,6 +226,16 @@ def with_outputs(copy, chapter):
 def uncounted(output):
     """An output without the number of a run that was not the reader's."""
     return {**output, "execution_count": None} if "execution_count" in output else output
+
+
+def joined(output):
+    """An output with its texts whole: no server joins stored lines here, and JupyterLab would put commas in between."""
+    if "text" in output:
+        return {**output, "text": cells.text_of(output["text"])}
+    if "data" not in output:
+        return output
+    whole = {mime: value if "json" in mime else cells.text_of(value) for mime, value in output["data"].items()}
+    return {**output, "data": whole}
 
 
 def write_start_page(path):

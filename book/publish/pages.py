@@ -74,11 +74,12 @@ def picture_of(cell):
 
 
 def boxed(text, tags):
-    """Prose with the tag `predict` in a box of its own, unless it holds a heading, which a box cannot."""
-    has_heading = any(line.startswith("#") for line in text.splitlines())
-    if "predict" not in tags or has_heading:
+    """Prose with the tag `predict` in a box of its own, below its heading, which a box cannot hold."""
+    if "predict" not in tags:
         return text
-    return f"::::::{{div}} omx-predict\n{text}\n::::::"
+    lines = text.splitlines()
+    first = 1 + max((i for i, line in enumerate(lines) if line.startswith("#")), default=-1)
+    return "\n".join([*lines[:first], "", "::::::{div} omx-predict", *lines[first:], "::::::"])
 
 
 def links(name, slides):

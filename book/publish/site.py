@@ -33,6 +33,12 @@ SEARCH = re.compile(r'<script src="[^"]*(?:searchtools|searchindex|language_data
 UNUSED = re.compile(r"<link [^>]*sphinx-design[^>]*>\s*|<script [^>]*design-tabs\.js[^>]*></script>\s*")
 #: The browser edition, where `python run.py lite --site` has laid it into the site.
 LITE = "lite"
+#: A formula in a line, and the full stop behind it, which no line begins with.
+INLINE = re.compile(
+    r'(?<!<span class="omx-one">)(<span class="math notranslate nohighlight">(?:(?!</span>).)*</span>)'
+    r"([.,;:!?)\u201d]+)",
+    re.DOTALL,
+)
 HANDOUTS = re.compile(f"{pages.HANDOUTS}.*?<!--/-->")
 ICON_FONT = re.compile(r'@font-face\{[^}]*Font Awesome[^}]*\}|(?:\.fa-[a-z0-9-]+,?)+\{--fa:"[^}]*\}')
 
@@ -66,7 +72,10 @@ def build(fresh=False, pdf=False):
 
 
 def finish(site=SITE):
-    """What Sphinx leaves to do: a start page at the root, and an icon font without the icons nobody sees."""
+    """What Sphinx leaves to do: a start page at the root, and an icon font without the icons nobody sees.
+
+    It may come to a page a second time, and then changes nothing.
+    """
     target = "book/index.html"
     (site / "index.html").write_text(
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>OpenMANIPULATOR-X</title>'
@@ -79,6 +88,7 @@ def finish(site=SITE):
         if page.name != "search.html":  # the only page that searches
             text = SEARCH.sub("", text)
         words = handouts(site / "slides" / page.name) + to_run(site, page.stem)
+        text = INLINE.sub(r'<span class="omx-one">\1\2</span>', text)
         update(page, HANDOUTS.sub(f"{pages.HANDOUTS}{words}<!--/-->", text).encode())
     name_exercises(site / "searchindex.js")
     thin_icons(site)

@@ -55,7 +55,8 @@ def remarks_above(source):
 def beginnings(source):
     """The numbers (from 0) of lines where code may be cut: a statement begins there, remarks above it included.
 
-    In a statement of more than `MOST_LINES` without a body each of its outermost parts counts as one.
+    Only a loop or function of more than `MOST_LINES` is cut inside; in a statement of as many without a body each of
+    its outermost parts counts as one.
     """
     lines, begin = source.splitlines(), set()
     try:
@@ -63,6 +64,8 @@ def beginnings(source):
     except SyntaxError:
         return begin
     for node in ast.walk(tree):
+        if node is not tree and getattr(node, "end_lineno", 0) - getattr(node, "lineno", 0) <= MOST_LINES:
+            continue
         for name in ("body", "orelse", "finalbody"):
             block = getattr(node, name, ())
             block = block if isinstance(block, list) else []
@@ -72,7 +75,7 @@ def beginnings(source):
                 while row and lines[row - 1].lstrip().startswith("#"):
                     row -= 1
                 begin.add(row)
-        if isinstance(node, ast.stmt) and not hasattr(node, "body") and node.end_lineno - node.lineno > MOST_LINES:
+        if isinstance(node, ast.stmt) and not hasattr(node, "body"):
             part = " " * (node.col_offset + 4)
             begin |= {n for n in range(node.lineno + 1, node.end_lineno) if re.match(rf"{part}[^\s)\]}}]", lines[n])}
     return begin

@@ -5,9 +5,10 @@ import sys
 from pathlib import Path
 
 import omx
-from book.setup.paths import ROOT
+from book.setup.paths import ROOT, in_a_sentence
 
 
+@in_a_sentence
 def main(argv):
     parser = argparse.ArgumentParser("python run.py export", description="Write the arm as a file for other programs.")
     parser.add_argument("kind", nargs="?", default="urdf", choices=["urdf"], help="urdf: ROS, MuJoCo and others")
@@ -18,8 +19,8 @@ def main(argv):
     try:
         asked.to.parent.mkdir(parents=True, exist_ok=True)
         path = omx.urdf.write(asked.to, omx.MAKER if asked.maker else omx.COURSE, maker_base=asked.maker_base)
-    except OSError as error:
-        print(f"run.py: cannot write {asked.to}: {error.strerror or error}.", file=sys.stderr)
+    except omx.BadInput as error:
+        print(f"run.py: {error}", file=sys.stderr)
         return 1
     print(f"{path.resolve()}\nHow to open it in other programs: book/files.md")
     return 0

@@ -15,7 +15,8 @@ from book.chapters.cells import is_code, is_note, source, tags
 from book.chapters.student import Refused, student_copy
 from book.reader import merge, overview
 from book.setup import names
-from book.setup.paths import ROOT, WORK, Stop, in_a_sentence
+from book.setup.file_lock import one_at_a_time
+from book.setup.paths import ENVIRONMENT, ROOT, WORK, Stop, in_a_sentence
 from book.setup.update import earlier
 
 GIVEN = ".given"
@@ -83,6 +84,8 @@ def take_along(old, folder=WORK):
     source = Path(old, "work") if Path(old, "work").is_dir() else Path(old)
     if not (source / GIVEN).is_dir():
         raise Stop(f"{old} holds no folder `work` of this book.")
+    if folder.exists() and source.samefile(folder):
+        raise Stop(f"{old} is this copy of the book itself; name the folder of the other one.")
     for path in sorted(path for path in source.rglob("*") if path.is_file() and GIVEN not in path.parts):
         target = folder / path.relative_to(source)
         given, was = folder / GIVEN / target.name, read(folder / GIVEN / target.name)
@@ -131,9 +134,8 @@ def keep(path, folder):
 def read(path):
     """The notebook, or None where there is none that can be read."""
     try:
-        notebook = normalise.read(path)
-        return notebook if isinstance(notebook["cells"], list) else None
-    except (OSError, ValueError, KeyError, TypeError):
+        return normalise.read(path)
+    except (OSError, normalise.Damaged):
         return None
 
 
@@ -144,15 +146,14 @@ def shown(path):
 
 @in_a_sentence
 def main(argv):
-    if argv[:1] == ["reset"]:
-        if len(argv) == 1:
-            raise Stop("Which chapter? For example: python run.py reset 03")
-        for name in argv[1:]:
-            reset(name)
-    else:
-        for old in (word for word in argv[1:] if word != "--carry-over"):
-            take_along(old)
-        carry_over()
+    if argv == ["reset"]:
+        raise Stop("Which chapter? For example: python run.py reset 03")
+    words = [word for word in argv[1:] if word != "--carry-over"]
+    with one_at_a_time(ENVIRONMENT):  # another terminal may do the same
+        for word in words:
+            (reset if argv[0] == "reset" else take_along)(word)
+        if argv[0] != "reset":
+            carry_over()
 
 
 if __name__ == "__main__":

@@ -21,15 +21,16 @@ from book.chapters.cells import headings, is_code, source, tags
 from book.chapters.student import title
 from book.publish import markup, page_scripts, pages
 from book.setup import names
-from book.setup.paths import ROOT, WORK, Stop
+from book.setup.paths import ROOT, WORK, Stop, in_a_sentence, whole
 from omx.display.viewer.html_export import write_site_script
 
 HAND_IN = WORK / "hand-in"
 REAL_PORT = re.compile(r"/dev/|\bCOM\d")
 MATHS = re.compile(r"\\\((.+?)\\\)|\\\[(.+?)\\\]", re.S)
 IN_WORDS = "in words, for your teacher"  # an exercise without a check
-MARKS = {True: "\u2713", False: "\u2717", None: "\u2013", IN_WORDS: "\u270e"}
-WORDS = {True: "passed", False: "not yet", None: "not checked", IN_WORDS: IN_WORDS}
+THERE = "there, to be marked"  # one whose check stays with the teacher
+MARKS = {True: "\u2713", False: "\u2717", None: "\u2013", IN_WORDS: "\u270e", THERE: "\u270e"}
+WORDS = {True: "passed", False: "not yet", None: "not checked", IN_WORDS: IN_WORDS, THERE: THERE}
 
 
 def write(path, target, run=True):
@@ -40,9 +41,8 @@ def write(path, target, run=True):
         notebook = executed(path)
     results = results_of(notebook["cells"])
     target.parent.mkdir(parents=True, exist_ok=True)
-    partial = target.with_name(target.name + ".part")
-    partial.write_text(page(notebook, path, results, is_run), encoding="utf-8", newline="\n")
-    os.replace(partial, target)
+    with whole(target) as partial:
+        partial.write_text(page(notebook, path, results, is_run), encoding="utf-8", newline="\n")
     return results
 
 
@@ -54,19 +54,24 @@ def executed(path):
 
 
 def results_of(cells):
-    """(exercise, passed) in order; an exercise has passed when all its checks have."""
+    """(exercise, passed) in order; an exercise has passed when all its checks have, or is one of the words above."""
     found = []
     for cell in cells:
         if "exercise" in tags(cell):
             found.append([title(source(cell)), []])
         elif "check" in tags(cell) and found:
-            found[-1][1].append(passed(cell) if cell.get("outputs") else None)
-    return [(name, (None if None in checks else all(checks)) if checks else IN_WORDS) for name, checks in found]
+            found[-1][1].append(result(cell))
+    return [(name, next((kind for kind in (None, False, THERE) if kind in checks), True) if checks else IN_WORDS)
+            for name, checks in found]  # fmt: skip
 
 
-def passed(cell):
-    """Does the run of a cell hold the outputs of a check that found nothing wrong?"""
-    return bool(cell["outputs"]) and not any(output["output_type"] == "error" for output in cell["outputs"])
+def result(check):
+    """What the run of a check's cell says: passed or not, `THERE`, or None where it was not run."""
+    if not check.get("outputs"):
+        return None
+    if any(output["output_type"] == "error" for output in check["outputs"]):
+        return False
+    return THERE if source(check).startswith("check.handed_in(") else True
 
 
 def page(notebook, path, results, is_run):
@@ -82,6 +87,8 @@ def page(notebook, path, results, is_run):
     how = "run from top to bottom" if is_run else "as it was saved, not run again"
     when = datetime.datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z")
     count = f"{sum(checked)} of {len(checked)} exercises pass their checks"
+    if to_mark := sum(result == THERE for _, result in results):
+        count += f"; {to_mark} more {'is' if to_mark == 1 else 'are'} there, to be marked"
     about = f"<p>{html.escape(path.name)}, {how}, {when}. {count}.</p>"
     body = "\n".join(f'<section class="cell">{piece}</section>' for cell in cells if (piece := shown(cell)))
     template = (ROOT / "book" / "templates" / "handin.html").read_text(encoding="utf-8")
@@ -136,6 +143,7 @@ def scripts():
     return "\n".join(f"<script>{part}</script>" for part in safe)
 
 
+@in_a_sentence
 def main(argv=None):
     parser = argparse.ArgumentParser("python run.py handin", description=__doc__.split("\n")[0])
     parser.add_argument("chapters", nargs="+", metavar="chapter", help="such as 03; one of yours, in work/")
@@ -152,7 +160,7 @@ def main(argv=None):
                 print(f"{MARKS[result]} {exercise}: {WORDS[result]}")
             saved = datetime.datetime.fromtimestamp(path.stat().st_mtime)
             print(f"Hand in this file: {target} (your work as saved {saved:%d %B, %H:%M}; save again to add to it)")
-    except (Stop, execute.Failed, OSError, nbformat.ValidationError) as error:
+    except (execute.Failed, nbformat.ValidationError) as error:
         print(f"run.py: {error}", file=sys.stderr)
         return 1
     return 0

@@ -11,7 +11,8 @@ from urllib.parse import quote
 
 from book.reader import folder
 from book.setup import names
-from book.setup.paths import NOTEBOOKS, ROOT, WINDOWS, WORK, Stop, in_a_sentence
+from book.setup.file_lock import one_at_a_time
+from book.setup.paths import ENVIRONMENT, NOTEBOOKS, ROOT, WINDOWS, WORK, Stop, in_a_sentence
 
 #: JupyterLab's short options that say the same as one of ours.
 LONG = {
@@ -80,11 +81,31 @@ def command_line(arguments):
     return notebook, taken
 
 
+def can_keep_files(folder):
+    """Raise `Stop` where Jupyter cannot keep the files of its kernels in this folder."""
+    try:
+        os.makedirs(folder, 0o700, exist_ok=True)
+    except OSError as error:
+        raise Stop(
+            f"Jupyter cannot keep its files in {folder} ({error.strerror}): let JUPYTER_RUNTIME_DIR name a folder of "
+            "yours."
+        ) from error
+
+
+def must_be_a_port(number):
+    """JupyterLab takes any number, and names an address then that nobody can open."""
+    if not 0 <= number <= 65535:
+        raise Stop(f"{number} is no port: they are numbered up to 65535.")
+
+
 def start(arguments):
     """Run JupyterLab until it is stopped."""
+    from jupyter_core.paths import jupyter_runtime_dir
     from jupyterlab.labapp import LabApp
 
+    can_keep_files(jupyter_runtime_dir())
     server = LabApp.initialize_server(argv=arguments)
+    must_be_a_port(server.port)
     url = server.display_url.splitlines()[0]
     for handler in server.log.handlers:
         handler.addFilter(lambda record: UNTRUSTED not in str(record.msg))
@@ -100,7 +121,8 @@ def main(arguments):
         from jupyterlab.labapp import main as lab
 
         return lab(argv=arguments)
-    waiting = [] if "--author" in arguments else folder.prepare()
+    with one_at_a_time(ENVIRONMENT):  # another terminal may do the same
+        waiting = [] if "--author" in arguments else folder.prepare()
     _, taken = command_line(arguments)
     if waiting:
         numbers = ", ".join(name[:2] for name in waiting)

@@ -55,9 +55,9 @@ def table(folder):
     solved_in = progress(folder)
     for path in names.chapters():
         solved = solved_in.get(path.name, [])
-        count = f"{sum(solved)} of {len(solved)}" if solved else ""
-        mark = " \u2713" if solved and all(solved) else ""
-        rows.append(f"| [{title(path)}]({path.name}) | {hook(path)} | {count}{mark} |")
+        marks = "".join("\u2713" if done else "\u00b7" for done in solved)  # which ones, in their order
+        count = f"{sum(solved)} of {len(solved)} {marks}" if solved else ""
+        rows.append(f"| [{title(path)}]({path.name}) | {hook(path)} | {count} |")
     return "\n".join(rows)
 
 
@@ -67,7 +67,7 @@ def progress(folder):
         from omx.check import passed
     except ImportError:
         return {}
-    return {path.name: [done for _, done in exercises] for path, exercises in passed.by_notebook(folder)}
+    return {path.name: done for path, done in passed.progress(folder).items()}
 
 
 def hook(path):

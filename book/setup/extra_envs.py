@@ -12,7 +12,7 @@ import sys
 import sysconfig
 
 from book.setup.file_lock import one_at_a_time
-from book.setup.installers import installer_environment
+from book.setup.installers import Failed, installer_environment
 from book.setup.paths import ENVIRONMENT, ROOT, WINDOWS, Stop, child_environment
 
 
@@ -64,5 +64,8 @@ def make(folder, there, wanted):
 def call(command):
     done = subprocess.run(command, env=installer_environment(command), capture_output=True, text=True, check=False)
     if done.returncode:
-        last = (done.stderr or done.stdout).strip().splitlines() or ["it said nothing"]
-        raise Stop(f"Making an environment failed ({last[-1][:200]}); check the network and try again.")
+        failed = Failed((done.stderr or done.stdout).splitlines())
+        if failed.full:
+            raise failed
+        why = "the package index cannot be reached" if failed.unreachable else failed.last_line
+        raise Stop(f"Making an environment failed ({why}); check the network and try again.")

@@ -8,7 +8,7 @@ import subprocess
 import sys
 
 from book.setup import settings
-from book.setup.paths import PYTHON, ROOT, VENV, WINDOWS, Stop, child_environment
+from book.setup.paths import FULL, PYTHON, ROOT, VENV, WINDOWS, Stop, child_environment
 
 LOG = VENV / "set-up.log"
 #: In a student's edition: the system that the packages beside it were made for.
@@ -29,22 +29,30 @@ NETWORK_SIGNS = (
     "timed out",
     "proxyerror",
 )
+UNTRUSTED_SIGNS = ("certificate verify failed", "invalid peer certificate")
 
 
 class Failed(Stop):
-    """An installer failed: `last_line` of what it said; was the disk `full`, the network `unreachable`?"""
+    """An installer failed: `last_line` of what it said; was the disk `full`, the index `untrusted`, `unreachable`?"""
 
     def __init__(self, output):
         text = "\n".join(output).lower()
         lines = [line.strip() for line in output if line.strip()]
         self.last_line = lines[-1][:200] if lines else "it said nothing"
         self.full = any(sign in text for sign in FULL_SIGNS)
-        self.unreachable = not self.full and any(sign in text for sign in NETWORK_SIGNS)
+        self.untrusted = any(sign in text for sign in UNTRUSTED_SIGNS)
+        self.unreachable = not self.full and (self.untrusted or any(sign in text for sign in NETWORK_SIGNS))
         super().__init__(self.sentence())
 
     def sentence(self):
         if self.full:
             return disk_full()
+        if self.untrusted:
+            return (
+                "The packages could not be downloaded because the package index shows a certificate that is not "
+                "trusted here, as in a network that reads along: let SSL_CERT_FILE and PIP_CERT name the file of the "
+                "certificate that your institution gives out, and run the same command again."
+            )
         if self.unreachable:
             return (
                 "The packages could not be downloaded because the package index cannot be reached: check the "
@@ -130,14 +138,14 @@ def ask(*arguments):
 
 def explain(error):
     """One sentence for an OSError during set-up."""
-    if error.errno in (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)):
+    if error.errno in FULL:
         return disk_full()
     if error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
         return (
             f"{error.filename or VENV} cannot be written ({error.strerror}): close what uses .venv (JupyterLab, an "
             "activated shell) or move the book into a folder of yours, and run the same command again."
         )
-    return f"Set-up failed ({error}); run the same command again, it repairs what is unfinished."
+    return f"Set-up failed ({error}); run the same command again. If it ends so once more, delete {VENV} before."
 
 
 def disk_full():

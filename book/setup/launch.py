@@ -10,7 +10,7 @@ import subprocess
 import sys
 from typing import NamedTuple
 
-from book.setup.paths import PYTHON, ROOT, WINDOWS, Stop, child_environment, is_ready
+from book.setup.paths import PYTHON, ROOT, WINDOWS, Stop, child_environment, has_home, is_ready, own_home
 
 
 class Command(NamedTuple):
@@ -181,6 +181,8 @@ def hand_over(arguments):
     if WINDOWS:
         return wait_for(arguments)
     sys.stdout.flush()
+    if not (has_home() or has_home(own_home())):
+        raise Stop("Neither your home folder nor .venv can be written: let HOME name a folder that can.")
     os.chdir(ROOT)
     try:
         os.execve(PYTHON, [str(PYTHON), *arguments], child_environment())

@@ -1,6 +1,7 @@
 """Where the book's environment is, and whether it is ready. Standard library only, imported at every start."""
 
 import contextlib
+import errno
 import functools
 import hashlib
 import os
@@ -29,23 +30,68 @@ UNWANTED_VARIABLES = (
     "JUPYTER_PREFER_ENV_PATH",
 )
 
+# No room: on the disk, or in the share of it that a user, or a file, may take.
+FULL = (errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC))
+
 
 class Stop(Exception):
     """Set-up or launch cannot go on; the message is the one sentence that the user sees."""
 
 
 def in_a_sentence(main):
-    """A tool's `main` that ends with the sentence of a `Stop` or an OSError and the status 1, not a traceback."""
+    """A tool's `main` that ends with a sentence for a `Stop` or an OSError and the status 1, not a traceback."""
 
     @functools.wraps(main)
     def told(*arguments):
+        status, said = 1, ""
         try:
-            return main(*arguments) or 0
-        except (Stop, OSError) as error:
-            print(f"run.py: {error}", file=sys.stderr)
-            return 1
+            status = main(*arguments) or 0
+        except Stop as stop:
+            said = stop
+        except OSError as error:
+            said = in_words(error)
+        except KeyboardInterrupt:
+            status, said = 130, "Interrupted."
+        try:
+            if sys.stdout:  # it may be closed
+                sys.stdout.flush()
+        except OSError as error:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is left unsaid must not be an error again at the end
+            status, said = 1, said or in_words(error)
+        if said:
+            print(f"run.py: {said}", file=sys.stderr)
+        return status
 
     return told
+
+
+def in_words(error):
+    """What an OSError of a tool means for who typed it; nothing where whoever read along has gone."""
+    if isinstance(error, BrokenPipeError):
+        return ""
+    if error.errno in FULL:
+        return "The disk is full; make room and type the same again."
+    if error.filename is None:
+        return error
+    if error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
+        return (
+            f"{error.filename} cannot be opened ({error.strerror}): type this as its owner, or in a copy of your own."
+        )
+    if error.errno in (errno.EEXIST, errno.ENOTDIR, errno.EISDIR):
+        return f"{error.filename} is in the way ({error.strerror}): move it elsewhere and type the same again."
+    return error
+
+
+@contextlib.contextmanager
+def whole(path):
+    """A path to write to, which takes the place of `path` then; where writing fails nothing of it is left."""
+    partial = path.with_name(path.name + ".part")
+    try:
+        yield partial
+        os.replace(partial, path)
+    finally:
+        with contextlib.suppress(OSError):
+            partial.unlink(missing_ok=True)
 
 
 def fingerprint():
@@ -103,9 +149,9 @@ def child_environment():
     return {**kept, **home, "VIRTUAL_ENV": str(VENV)}
 
 
-def has_home():
+def has_home(home="~"):
     """Is there a home folder that can be written? Jupyter and the installers keep their settings in it."""
-    home = os.path.expanduser("~")
+    home = os.path.expanduser(home)
     return os.path.isdir(home) and os.access(home, os.W_OK)
 
 

@@ -56,7 +56,7 @@ def set_up(repair=False):
                 VENV.unlink()
             if repair or not is_ready():
                 why = reason(repair)
-                STAMP.unlink(missing_ok=True)
+                clear(STAMP)
                 build(lock, why)
     except OSError as error:
         raise Stop(explain(error)) from error
@@ -73,9 +73,17 @@ def build(lock, why):
     link_package()
     quieten_lab()
     partial = STAMP.with_suffix(".part")
+    clear(partial)
     partial.write_text("\n".join([fingerprint(), *installed()]), encoding="utf-8")
     os.replace(partial, STAMP)
     say("Set-up complete.")
+
+
+def clear(path):
+    """Remove what is at this path, whatever it is."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    path.unlink(missing_ok=True)
 
 
 def reason(repair):

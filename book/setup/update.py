@@ -15,8 +15,10 @@ def pull():
     """Fetch and fast-forward a checkout; what the new edition would overwrite is moved to work/earlier first."""
     top = git("rev-parse", "--show-toplevel")
     if top is None or not os.path.samefile(top.strip(), ROOT):
-        print("This folder is no git checkout, so nothing was fetched. To take answers along from an older copy of the "
-              "book: python run.py update FOLDER")  # fmt: skip
+        why = ("git cannot read this checkout: it is not installed, or the folder is somebody else's"
+               if (ROOT / ".git").exists() else "This folder is no git checkout")  # fmt: skip
+        print(f"{why}, so nothing was fetched. To take answers along from an older copy of the book: python run.py "
+              "update FOLDER")  # fmt: skip
         return
     if git("rev-parse", "--abbrev-ref", "@{upstream}") is None:
         print("This checkout follows no other repository, so nothing was fetched.")

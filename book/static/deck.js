@@ -7,7 +7,7 @@
   const WIDTH = size("--width"), HEIGHT = size("--height"), EDGE = size("--edge"), BOTTOM = HEIGHT - size("--foot");
   const TYPE = [[36, 34], [33, 32], [30, 30], [28, 28], [26, 26]]; // px of prose and of code, largest first
   const TOO_SMALL = [[26, 24], [26, 22], [26, 20], [26, 18]]; // where nothing can be parted: slide_lint.py names it
-  const MOST_WORDS = 75, FEW_WORDS = 20, SMALLEST_EQUATION = 24, CODE = 26, PRINTED = 22;
+  const MOST_WORDS = 75, FEW_WORDS = 20, SMALLEST_EQUATION = 28, CODE = 26, PRINTED = 22;
   const LETTERS = 1.22; // a figure's letters have 14.7 px; so many times as large, the last row can read them
   const TEXT = "p, li, td, th, h1, h2, h3";
   const printing = new URLSearchParams(location.search).get("print");
@@ -25,7 +25,8 @@
 
   // ---- what is on a slide --------------------------------------------------------------------------------------
 
-  const onScreen = (node) => !node.closest(".note, aside, .omx-scene, .omx-plot, .omx-controls, .omx-note, mjx-container");
+  const unseen = ".note, aside, .omx-scene, .omx-plot, .omx-controls, .omx-note, mjx-container, table.part + table.part thead";
+  const onScreen = (node) => !node.closest(unseen);
   const texts = (section) => [...section.querySelectorAll(TEXT)].filter(onScreen);
   function words(section) {
     const counted = texts(section).map((node) => {
@@ -220,6 +221,7 @@
     let best = kept;
     while (best > least && !good(best)) best--;
     if (!good(best)) best = isResult(kept) ? kept : evenly(atoms, kept, shares);
+    if (isFirstRow(atoms, best)) best = beforeTable(atoms, best - 1) || best;
     while (kept > best) move();
     fits(section, true);
     return rest;
@@ -227,6 +229,12 @@
   const heads = (node) => node.matches("h1, h2, h3, .title");
   const leads = (node, next) => (node.matches("p, blockquote.lead") && !next.matches("p")) || (node.matches(".code") && !next.matches("p"));
   const isOne = (node, next) => (node.matches(".part") && next.matches(".part") && node.tagName === next.tagName);
+  // One row of a table is none: it goes along with the others, and so does what announces it, if that leaves something.
+  const isFirstRow = (atoms, i) => i > 1 && isOne(atoms[i - 1], atoms[i]) && atoms[i - 1].matches("table") && !atoms[i - 2].matches("table");
+  function beforeTable(atoms, i) {
+    while (i > 0 && atoms[i - 1].matches("p") && atoms[i - 1].textContent.trim().endsWith(":")) i--;
+    return atoms.slice(0, i).every(heads) ? 0 : i;
+  }
   // Where a break is in the middle of a list, both halves get as much.
   function evenly(atoms, kept, heights) {
     let [start, end] = [kept, kept];

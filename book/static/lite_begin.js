@@ -126,7 +126,7 @@
       } else if (news && ["idle", "busy"].includes(known)) {
         if (!ready) localStorage.setItem(LAST, seconds);
         ready = true;
-        say("Python is ready: run the cells from the top, each with Shift and Enter.");
+        say("Python is ready: run the cells from the top, each with Shift and Enter, or with \u25b6 above.");
         bar.value = BYTES;
         setTimeout(() => { if (ready && frame.hidden) box.hidden = true; }, GOODBYE_MS);
         if (frame.hidden) toggle.hidden = true;

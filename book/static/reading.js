@@ -32,7 +32,7 @@
     }
   };
 
-  // Code a little too wide for the column gets a little smaller type; on a phone it scrolls.
+  // Code, or a formula, a little too wide for the column gets a little smaller; on a phone it scrolls.
   const SMALLEST = 0.83;
   const narrow = () => {
     for (const block of document.querySelectorAll("div.cell_input pre, div.cell_output pre")) {
@@ -43,11 +43,18 @@
       if (share < 1 && share > SMALLEST) block.style.fontSize = `${parseFloat(fontSize) * share * 0.995}px`;
     }
   };
+  const fit = () => {
+    for (const formula of document.querySelectorAll("mjx-container[display]")) {
+      formula.classList.remove("omx-fit");
+      formula.classList.toggle("omx-fit", formula.clientWidth / formula.scrollWidth > SMALLEST);
+    }
+  };
   window.addEventListener("load", async () => {
     await window.MathJax?.startup?.promise;
     narrow();
+    fit();
     reachable();
     document.body.dataset.settled = "true";
   });
-  window.addEventListener("resize", () => { narrow(); reachable(); });
+  window.addEventListener("resize", () => { narrow(); fit(); reachable(); });
 })();

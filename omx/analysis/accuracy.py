@@ -6,6 +6,7 @@ are the arm's lengths (mm), delta (rad), and an offset (rad) of each joint's zer
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from itertools import count
 from math import degrees, pi, sqrt
 
 import numpy as np
@@ -134,16 +135,13 @@ def calibrate(q, points, geometry: Geometry = COURSE, names=FITTED, steps: int =
     if q.ndim != 2 or points.shape != (len(q), 3):
         raise BadInput(f"`points` must have one row of x, y, z for each row of `q`; got {points.shape} and {q.shape}.")
     geometry, steps, names = as_geometry(geometry), as_count(steps, "steps"), _fitted(names)
-    offsets, before = np.zeros(4), 0.0
-    done = 0
-    while done < steps:
-        done += 1
+    offsets, before = np.zeros(4), _rms(points - pose(q, geometry)[:, :3])
+    for done in count(1):
         residual = points - pose(q + offsets, geometry)[:, :3]
-        before = before if done > 1 else _rms(residual)
         A = _design(q + offsets, geometry, names)
         change = np.linalg.lstsq(A, residual.ravel(), rcond=None)[0]
         geometry, offsets = _changed(geometry, offsets, dict(zip(names, change, strict=True)))
-        if np.abs(change).max() < 1e-10:
+        if np.abs(change).max() < 1e-10 or done == steps:
             break
     residual = points - pose(q + offsets, geometry)[:, :3]
     freedom = residual.size - len(names)

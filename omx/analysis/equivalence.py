@@ -5,8 +5,8 @@ from math import degrees, pi, tau
 
 import numpy as np
 
-from ..arrays import as_number, as_rows, shown, wrap
-from ..dh import Chain
+from ..arrays import as_number, as_rows, wrap
+from ..dh import Chain, as_chain
 from ..errors import BadInput
 
 #: What counts as the same if no tolerance is given, as a share of the arm's length: 0.04 mm for ours.
@@ -60,15 +60,11 @@ def same_robot(first: Chain, second: Chain, tolerance: float | None = None) -> C
     the tools may be apart, 1/10000 of the arm's length if left out. Raises `BadInput` if the chains differ in the
     number or kind of their joints, or hold symbols.
     """
-    for name, chain in (("first", first), ("second", second)):
-        if not isinstance(chain, Chain):
-            raise BadInput(f"`{name}` must be an omx.Chain; got {shown(chain)}.")
-        if chain._is_symbolic(np.zeros(len(chain))):
-            raise BadInput(f"`{name}` must have numbers in its rows; {chain!r} has symbols: give them values first.")
+    first, second = as_chain(first, "first", numbers=True), as_chain(second, "second", numbers=True)
     prismatic = np.array([row.prismatic for row in first.rows])
     if prismatic.tolist() != [row.prismatic for row in second.rows]:
         raise BadInput(f"`first` and `second` must have the same joints; {first!r} and {second!r} have not.")
-    size = max(_size(first), _size(second), 1e-9)
+    size = max(first.size, second.size, 1e-9)
     tolerance = SHARE * size if tolerance is None else as_number(tolerance, "tolerance", "0 mm or more", low=0.0)
     found = []
     for signs, offsets in _candidates(first, second, prismatic, size):
@@ -86,10 +82,6 @@ def same_robot(first: Chain, second: Chain, tolerance: float | None = None) -> C
         return None
     _, signs, offsets, gap = min(found)
     return Coordinates(first, second, tuple(signs), tuple(offsets), gap)
-
-
-def _size(chain: Chain) -> float:
-    return float(sum(abs(float(row.a)) + abs(float(row.d)) for row in chain.rows))
 
 
 def _candidates(first: Chain, second: Chain, prismatic, size: float):

@@ -2,21 +2,19 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from math import degrees, hypot, pi
+from math import degrees, pi
 from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import as_rows, shown
-from ..dh import Chain, limit_violations
+from ..dh import Chain, as_chain, limit_violations
 from ..errors import BadInput, Violation
+from ..kinematics import LIMIT_SLACK
 
 #: A branch that leaves the hand this far (mm) from its place is within reach: rounding.
 REACH_SLACK = 1e-9
-
-#: Joint values may exceed a limit by this much (rad, or mm): rounding in the inverse.
-LIMIT_SLACK = 1e-9
 
 #: Lines that are this near to one another, in rad and as a share of the arm's length, count as one: at such places an
 #: inverse finds what it looks for under a square root, so half of all digits are lost.
@@ -98,8 +96,7 @@ class Inverse:
     """
 
     def __init__(self, chain: Chain, module: ModuleType):
-        if not isinstance(chain, Chain):
-            raise BadInput(f"`chain` must be an omx.Chain; got {shown(chain)}.")
+        chain = as_chain(chain)
         needed = ("branches", "branches_batch", "missing", "missing_batch", "dh_rows", "BRANCHES")
         if not all(hasattr(module, name) for name in needed):
             raise BadInput(f"`module` must be one that omx.derive.write_inverse wrote; got {shown(module)}.")
@@ -185,9 +182,9 @@ class Inverse:
         rows = self.module.dh_rows(*self.lengths)
         same = len(rows) == len(self.chain) and np.allclose(_table(rows), _table(self.chain.rows), atol=1e-9)
         if same and self.takes_hand:  # a base or a tool is in the formulas only
-            q = np.where(self._slides, 0.3 * _size(self.chain), np.linspace(0.3, 1.1, 6))
+            q = np.where(self._slides, 0.3 * self.chain.size, np.linspace(0.3, 1.1, 6))
             answers = self.module.branches(*self._numbers(self.chain.fk(q)).tolist(), *self.lengths)
-            same = bool(np.abs(np.array(answers) - q).max(axis=1).min() < 1e-6 * max(_size(self.chain), 1.0))
+            same = bool(np.abs(np.array(answers) - q).max(axis=1).min() < 1e-6 * max(self.chain.size, 1.0))
         if not same:
             raise BadInput(f"`module` {self.module.__name__} was written for another arm than {self.chain.name}.")
 
@@ -195,18 +192,18 @@ class Inverse:
 def families(chain: Chain, q) -> tuple[Family, ...]:
     """What is free at `q`. Only lines count: two axes on one line, or one through the wrist centre."""
     frames = chain.frames(q)
-    z, origins, names = frames[:, :3, 2].tolist(), frames[:, :3, 3].tolist(), chain.names
-    near = NEAR * max(_size(chain), 1e-9)
+    z, origins, names = frames[:, :3, 2], frames[:, :3, 3], chain.names
+    near = NEAR * max(chain.size, 1e-9)
 
     def aligned(i, j):
         return _apart(z[i - 1], z[j - 1]) < NEAR
 
     def passes(i, point):
-        return _apart([a - b for a, b in zip(point, origins[i - 1], strict=True)], z[i - 1]) < near
+        return _apart(point - origins[i - 1], z[i - 1]) < near
 
     def one_line(i, j):
         """One joint takes back what the other turns."""
-        same = _dot(z[i - 1], z[j - 1]) > 0
+        same = z[i - 1] @ z[j - 1] > 0
         along = [0.0] * len(q)
         along[i - 1], along[j - 1] = 1.0, -1.0 if same else 1.0
         total = degrees(q[i - 1] + q[j - 1] if same else q[i - 1] - q[j - 1])
@@ -223,7 +220,7 @@ def families(chain: Chain, q) -> tuple[Family, ...]:
             found.append(one_line(4, 6))
         elif aligned(2, 6) and aligned(2, 3) and aligned(3, 4):
             found.append(curve(6))
-    elif len(q) in (3, 4) and abs(_dot(z[0], z[1])) < 0.5 and passes(1, origins[-1]):
+    elif len(q) in (3, 4) and abs(z[0] @ z[1]) < 0.5 and passes(1, origins[-1]):
         found.append(Family(names[0], f"{names[0]} is free"))
     return tuple(found)
 
@@ -235,15 +232,7 @@ def _may_pass(chain: Chain, i: int) -> bool:
 
 def _apart(a, b) -> float:
     """The length of the cross product: of unit vectors, the sine of the angle between them."""
-    return hypot(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-
-
-def _dot(a, b) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _size(chain: Chain) -> float:
-    return float(sum(abs(float(row.a)) + abs(float(row.d)) for row in chain.rows))
+    return float(np.linalg.norm(np.cross(a, b)))
 
 
 def _table(rows) -> np.ndarray:

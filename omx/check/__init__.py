@@ -5,8 +5,7 @@ Every check fails closed: an answer that is missing, of the wrong type, or not a
 
 from . import notebook
 from .answers import expression, handed_in, that, value
-from .functions import call, configurations, derivative, function, round_trip
-from .passed import progress
+from .functions import call, configurations, function, round_trip
 from .selftest import setup
 from .validation import Wrong, answer
 from .variants import student, variant
@@ -14,6 +13,6 @@ from .variants import student, variant
 notebook.install()
 
 __all__ = [
-    "Wrong", "answer", "call", "configurations", "derivative", "expression", "function", "handed_in", "progress",
-    "round_trip", "setup", "student", "that", "value", "variant",
+    "Wrong", "answer", "call", "configurations", "expression", "function", "handed_in", "round_trip", "setup",
+    "student", "that", "value", "variant",
 ]  # fmt: skip

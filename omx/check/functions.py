@@ -12,8 +12,6 @@ from .answers import compare, correct
 from .mistakes import Comparison
 from .validation import answer, as_numbers, counted, present
 
-#: Half the step of the central differences; it balances rounding against curvature, error about 1e-8.
-STEP = 1e-5
 #: More numbers than this, or a longer text, are not written out in a sentence.
 MANY, LONG = 8, 60
 
@@ -59,23 +57,6 @@ def round_trip(there, back, samples, name: str = "", unit: str = "", parts: str 
 
     compare(np.array(answers), np.array(rows), name, unit, parts, within, where)
     correct(f"{name}, there and back at {len(rows)} samples")
-
-
-def derivative(derivative, function, samples, name: str = "", within: float = 1e-6) -> None:
-    """`derivative(q)`, (m, n), must be the slope of `function(q)`, (m,), by central differences. Raises `Wrong`."""
-    name = _named(derivative, name)
-    rows = [np.asarray(sample, float) for sample in _some(samples)]
-    expected = [_differences(function, row) for row in rows]
-    answers = [_shaped(called(derivative, (row,), name), want, name) for row, want in zip(rows, expected, strict=True)]
-    scale = max(1.0, max(float(np.abs(e).max()) for e in expected))
-
-    def where(index):
-        wrong = np.abs(answers[index] - expected[index]) > within * scale
-        entries = ", ".join(f"[{', '.join(map(str, place))}]" for place in np.argwhere(wrong).tolist()[:3])
-        return f"At q = {_short(rows[index])} look at the entries {entries}, counted from 0."
-
-    compare(np.array(answers), np.array(expected), name, within=within * scale, where=where)
-    correct(f"{name}, against differences at {len(rows)} samples")
 
 
 def configurations(count: int = 50, limits=LIMITS, seed: int = 0) -> np.ndarray:
@@ -271,15 +252,6 @@ def _of_one_shape(arrays: list[np.ndarray]) -> list[list[int]]:
     for index, array in enumerate(arrays):
         groups.setdefault(array.shape, []).append(index)
     return list(groups.values())
-
-
-def _differences(function, q: np.ndarray) -> np.ndarray:
-    columns = []
-    for j in range(len(q)):
-        step = np.zeros(len(q))
-        step[j] = STEP
-        columns.append((np.asarray(function(q + step), float) - np.asarray(function(q - step), float)) / (2 * STEP))
-    return np.stack(columns, axis=-1)
 
 
 def _some(samples) -> list:

@@ -6,6 +6,8 @@ from itertools import combinations
 
 import numpy as np
 
+from ..errors import listed
+
 #: How far an answer may be off, by unit; rounding errors are far below.
 WITHIN = {"mm": 1e-6, "rad": 1e-9, "deg": 1e-7}
 
@@ -175,5 +177,4 @@ def _one_each(words: str, width: int) -> list[str]:
 
 
 def _listed(names: list[str]) -> str:
-    joined = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-    return f"{joined} {'is' if len(names) == 1 else 'are'}"
+    return f"{listed(names)} {'is' if len(names) == 1 else 'are'}"

@@ -12,9 +12,9 @@ import traceback
 from ..errors import OmxError, Wrong
 from . import answers, passed
 from .functions import hint, told
-from .validation import present
+from .validation import present, shortened
 
-CHECKS = re.compile(r"\bcheck\.(?!setup\b|progress\b|variant\b|student\b)\w+\(")
+CHECKS = re.compile(r"\bcheck\.(?!setup\b|variant\b|student\b)\w+\(")
 LINE = 100
 #: The names whose cell stopped with an error when it was run last: what they hold is an older answer, or nothing.
 stopped: set[str] = set()
@@ -81,13 +81,13 @@ def explained(error: Exception) -> str:
     if todo := _unanswered(error.__traceback__):
         return todo
     if isinstance(error, OmxError):
-        return f"With your answer the check comes to this: {_one_line(str(error), 300)}"
+        return f"With your answer the check comes to this: {shortened(str(error), 300)}"
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if of_a_cell(frame.filename)]
-    said = _one_line(told(error))
+    said = shortened(told(error), LINE)
     if not frames:
         return f"The check stops with {said}."
     first, last = frames[0], frames[-1]
-    line = f", in its line `{_one_line(last.line or '')}`" if last.line else ""
+    line = f", in its line `{shortened(last.line or '', LINE)}`" if last.line else ""
     who = "The check stops" if last.filename == first.filename else f"{last.name} stops"
     return f"{who} with {said}{line}. {hint(error)}".rstrip()
 
@@ -115,11 +115,6 @@ def _cell_of(trace) -> str:
     frames = (frame for frame in traceback.extract_tb(trace) if of_a_cell(frame.filename))
     first = next(frames, None)
     return "".join(linecache.getlines(first.filename)) if first else ""
-
-
-def _one_line(text: str, most: int = LINE) -> str:
-    text = " ".join(text.split())
-    return text if len(text) <= most else text[: most - 3] + "..."
 
 
 def _before_a_cell(info=None) -> None:

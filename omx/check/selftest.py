@@ -2,7 +2,7 @@
 
 import importlib
 from collections.abc import Callable
-from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
 
 import numpy as np
 
@@ -41,17 +41,10 @@ def _outcome(test: Callable[[], str]) -> tuple[str, str]:
 
 
 def _packages() -> str:
-    missing = [name for name in NEEDED if _installed(name) is None]
+    missing = [name for name in NEEDED if find_spec(name) is None]
     if missing:
         raise Wrong(f"{', '.join(missing)} missing")
     return ", ".join(NEEDED)
-
-
-def _installed(name: str) -> str | None:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return None
 
 
 def _viewer() -> str:

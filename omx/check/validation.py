@@ -91,12 +91,14 @@ def described(answer) -> str:
     if callable(answer):
         return "a function: call it, with its arguments in brackets"
     if getattr(answer, "is_Relational", False):
-        return f"the equation {_short(str(answer))}: give its right-hand side, `.rhs`"
-    text = f"{_short(' '.join(repr(answer).split()))} ({type(answer).__name__})"
+        return f"the equation {shortened(str(answer))}: give its right-hand side, `.rhs`"
+    text = f"{shortened(repr(answer))} ({type(answer).__name__})"
     if isinstance(answer, (list, tuple)) and any(hasattr(entry, "free_symbols") for entry in answer):
         return f"{text}: [0] takes its first entry, sp.Matrix makes a matrix of it"
     return text
 
 
-def _short(text: str) -> str:
-    return text if len(text) < 60 else text[:57] + "..."
+def shortened(text: str, most: int = 60) -> str:
+    """The text on one line, of at most so many letters."""
+    text = " ".join(text.split())
+    return text if len(text) <= most else text[: most - 3] + "..."

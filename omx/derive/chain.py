@@ -6,9 +6,7 @@ from types import ModuleType
 
 import sympy as sp
 
-from ..arrays import shown
-from ..dh import Chain, exact_transform
-from ..errors import BadInput
+from ..dh import Chain, as_chain, exact_transform
 from .function import Function
 from .store import write
 from .symbolic import dh_matrix, exact
@@ -16,8 +14,7 @@ from .symbolic import dh_matrix, exact
 
 def chain_functions(chain: Chain) -> list[Function]:
     """`frames` (T_0_1 .. T_0_n) and `transform` (T_0_n) of `chain`, each entry a named step from the one before."""
-    if not isinstance(chain, Chain):
-        raise BadInput(f"`chain` must be an omx.Chain; got {shown(chain)}.")
+    chain = as_chain(chain)
     joints = [sp.Symbol(name, real=True) for name in chain.names]
     steps: list[tuple[sp.Symbol, sp.Expr]] = []
     frames: list[sp.Matrix] = []
@@ -50,30 +47,15 @@ def write_chain(
     Entries of the rows may be numbers or SymPy expressions; `parameters` gives each symbol in them its value. The other
     arguments are those of `write`. What the chain has as `base` and `tool` is in the formulas, not in `dh_rows`.
     """
-    if not isinstance(chain, Chain):
-        raise BadInput(f"`chain` must be an omx.Chain; got {shown(chain)}.")
-    if parameters is not None and not isinstance(parameters, Mapping):
-        raise BadInput(f"`parameters` must give each symbol its value; got {shown(parameters)}.")
-    parameters = dict(parameters or {})
-    rows = [exact(row) for row in chain.rows]
-    entries = [entry for row in rows for entry in row.at(0)] + [
-        exact_transform(chain.base),
-        exact_transform(chain.tool),
-    ]
-    symbols = set().union(*(entry.free_symbols for entry in entries))
-    missing = sorted(map(str, symbols - set(parameters)))
-    if missing:
-        same = sorted(set(missing) & {str(symbol) for symbol in parameters})
-        hint = f" ({same[0]} was given, but with other assumptions: to SymPy that is another symbol.)" if same else ""
-        raise BadInput(f"the rows of {chain.name} use {', '.join(missing)}: give each a value in `parameters`.{hint}")
+    chain = as_chain(chain)
     return write(
         name,
         chain_functions(chain),
         notebook=notebook,
         folder=folder,
         doc=doc or f"Forward kinematics of {chain.name}.",
-        parameters=parameters,
-        rows=rows,
+        parameters=() if parameters is None else parameters,
+        rows=[exact(row) for row in chain.rows],
     )
 
 

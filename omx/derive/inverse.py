@@ -3,13 +3,14 @@
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from itertools import product
 from types import ModuleType
 
 import sympy as sp
 
 from ..arrays import shown
-from ..dh import Chain, DHRow, exact_transform
-from ..errors import BadInput
+from ..dh import Chain, DHRow, as_chain, exact_transform
+from ..errors import BadInput, listed
 from . import pieper
 from .function import Function
 from .store import write
@@ -95,7 +96,7 @@ def write_inverse(
         notebook=notebook,
         folder=folder,
         doc=doc or f"Inverse kinematics of {chain.name}: {found.reason}.",
-        parameters=dict(parameters or {}),
+        parameters=() if parameters is None else parameters,
         rows=[exact(row) for row in chain.rows],
         branches=found.branches,
     )
@@ -103,9 +104,7 @@ def write_inverse(
 
 def _rows(chain) -> "_Rows":
     """The rows, exact, with lengths that rounding left as nearly 0 made 0, and sines and cosines of twists known."""
-    if not isinstance(chain, Chain):
-        raise BadInput(f"`chain` must be an omx.Chain; got {shown(chain)}.")
-    rows = [exact(row) for row in chain.rows]
+    rows = [exact(row) for row in as_chain(chain).rows]
     for number, row in enumerate(rows, start=1):
         if row.alpha.free_symbols:
             raise BadInput(f"alpha of row {number} of {chain.name} is {row.alpha}; a pattern needs twists in numbers.")
@@ -262,10 +261,7 @@ def _parallel(rows) -> Pattern:
 
 
 def _named(*choices) -> tuple[str, ...]:
-    names = [""]
-    for choice in choices:
-        names = [f"{name}, {word}" if name else word for name in names for word in choice]
-    return tuple(names)
+    return tuple(", ".join(words) for words in product(*choices))
 
 
 # ---- fewer joints --------------------------------------------------------------------------------------
@@ -284,14 +280,9 @@ def _shoulder_and_plane(rows) -> Pattern:
         return _none("one of the links between shoulder, elbow and wrist has no length")
     task = "x, y, z and pitch" if number == 4 else "x, y and z"
     axes = tuple(range(2, number + 1))
-    reason = f"axes {_listed(axes)} are parallel, at a right angle to axis 1; {task} fix all joints"
+    reason = f"axes {listed(axes)} are parallel, at a right angle to axis 1; {task} fix all joints"
     names = _named(("front", "back"), ("elbow up", "elbow down"))
     return Pattern("shoulder and plane", reason, axes, names, lambda: pieper.shoulder_and_plane(rows))
-
-
-def _listed(numbers) -> str:
-    *first, last = map(str, numbers)
-    return f"{', '.join(first)} and {last}"
 
 
 def _all_parallel(rows) -> Pattern:

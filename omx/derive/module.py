@@ -41,6 +41,7 @@ def source(
         raise BadInput(f"`batch` must be True or False; got {shown(batch)}.")
     symbols, rows = list(parameters), table_of(rows)
     _check_names(name, functions)
+    _check_symbols(rows, symbols)
     dialects = (SCALAR, BATCH) if batch else (SCALAR,)
     emitters = [Emitter(function, symbols, dialect) for function in functions for dialect in dialects]
     bodies = [emitter.source() for emitter in emitters]
@@ -74,6 +75,8 @@ def parameter_values(parameters: Parameters) -> dict[sp.Symbol, sp.Expr]:
         raise BadInput(f"`parameters` must be symbols, or map each symbol to its value; got {shown(parameters)}.")
     values = {}
     for symbol, value in parameters.items() if isinstance(parameters, Mapping) else ():
+        if not isinstance(symbol, sp.Symbol):
+            raise BadInput(f"`parameters` are SymPy symbols, each with its value; got {shown(symbol)}.")
         number = values[symbol] = sp.S.NaN if value is None or isinstance(value, str) else as_expression(value)
         if not isinstance(number, sp.Expr) or number.free_symbols or not number.is_real or not abs(number) < HUGE:
             raise BadInput(f"parameter `{symbol}` must have a real number as its value; got {shown(value)}.")
@@ -111,6 +114,15 @@ def _check_names(name: str, functions: list[Function]) -> None:
         raise BadInput(f"two functions would be called `{twice}`; give each its own name.")
 
 
+def _check_symbols(rows: Sequence[DHRow], symbols: list[sp.Symbol]) -> None:
+    used = set().union(*(as_expression(entry).free_symbols for row in rows for entry in row.at(0)))
+    if unknown := sorted(map(str, used - set(symbols))):
+        raise BadInput(
+            f"the DH table uses {', '.join(unknown)}: give each a value in `parameters`. (SymPy symbols with other "
+            "assumptions are other symbols.)"
+        )
+
+
 def _header(notebook: str | None, doc: str, batch: bool) -> list[str]:
     if not isinstance(doc, str):
         raise BadInput(f"`doc` must be a sentence that says what the module is; got {shown(doc)}.")
@@ -130,14 +142,10 @@ def _imports(words: Mapping[str, str]) -> list[str]:
     paragraphs = []
     for group in (("math",), ("omx.arrays", "omx.dh")):
         found = [(module, [word for word in sorted(words) if words[word] == module]) for module in group]
-        lines = [_import(module, names) for module, names in found if names]
+        lines = [f"from {module} import {', '.join(names)}" for module, names in found if names]
         if lines:
             paragraphs.append("\n".join(lines) + "\n")
     return paragraphs
-
-
-def _import(module: str, names: list[str]) -> str:
-    return f"from {module} import {', '.join(names)}"
 
 
 def _parameters(values: Mapping[sp.Symbol, sp.Expr], printer: Printer) -> str:
@@ -162,9 +170,6 @@ def _rows(rows: Sequence[DHRow], symbols: list[sp.Symbol], printer: Printer) -> 
     ]
     for row in rows:
         cells = [_number(printer, entry) for entry in (row.theta, row.d, row.a, row.alpha)]
-        unknown = set().union(*(as_expression(e).free_symbols for e in row.at(0))) - set(symbols)
-        if unknown:
-            raise BadInput(f"the DH table uses {', '.join(sorted(map(str, unknown)))}: make each a parameter.")
         code = f"DHRow({', '.join(cells)}{', prismatic=True' if row.prismatic else ''})"
         lines += folded(" " * 8, code, ",")
     return "\n".join([*lines, "    )"]) + "\n"

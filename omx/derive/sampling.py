@@ -70,20 +70,17 @@ def _value(function, arguments) -> complex:
 
 def real_points(expression, symbols, ranges: dict | None = None) -> tuple[list[dict], np.ndarray]:
     """Points at which `expression` is real, and its values there; any points with a value if it is never real."""
-    found: list[dict] = []
-    others: list[dict] = []
-    values: list[np.ndarray] = []
-    other_values: list[np.ndarray] = []
+    found: list[tuple[dict, np.ndarray]] = []
+    others: list[tuple[dict, np.ndarray]] = []
     source = points(symbols, ranges)
-    while len(found) < POINTS and len(found) + len(others) < TRIED:
+    for _ in range(0, TRIED if symbols else 1, POINTS):
         batch = [next(source) for _ in range(POINTS if symbols else 1)]
         for point, row in zip(batch, evaluated(expression, batch), strict=True):
-            real = np.abs(row.imag).max(initial=0.0) <= 1e-12 * (1 + np.abs(row).max(initial=0.0))
-            (found if real else others).append(point)
-            (values if real else other_values).append(row.real if real else row)
-        if not symbols:
+            if np.abs(row.imag).max(initial=0.0) <= 1e-12 * (1 + np.abs(row).max(initial=0.0)):
+                found.append((point, row.real))
+            elif np.isfinite(row).all():
+                others.append((point, row))
+        if len(found) >= POINTS:
             break
-    if found:
-        return found[:POINTS], np.array(values[:POINTS])
-    finite = [i for i, row in enumerate(other_values) if np.isfinite(row).all()][:POINTS]
-    return [others[i] for i in finite], np.array([other_values[i] for i in finite])
+    kept = (found or others)[:POINTS]
+    return [point for point, _ in kept], np.array([row for _, row in kept])

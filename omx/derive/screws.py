@@ -13,9 +13,7 @@ from ..arrays import shown
 from ..errors import BadInput
 from .symbolic import as_expression
 
-__all__ = [
-    "adjoint", "body_jacobian", "exp_twist", "product_of_exponentials", "screw_axis", "skew", "space_jacobian",
-]  # fmt: skip
+__all__ = ["adjoint", "body_jacobian", "exp_twist", "screw_axis", "skew", "space_jacobian", "undone"]
 
 
 def skew(w) -> sp.Matrix:
@@ -48,14 +46,6 @@ def exp_twist(twist, q) -> sp.Matrix:
     return sp.Matrix.vstack(sp.Matrix.hstack(R, p), sp.Matrix([[0, 0, 0, 1]]))
 
 
-def product_of_exponentials(twists, zero, q: Sequence) -> sp.Matrix:
-    """`exp_twist(S_1, q_1) ... exp_twist(S_n, q_n) zero`, 4x4: `zero` is the tool's transform with all joints at 0."""
-    T = sp.eye(4)
-    for twist, joint in zip(*_pairs(twists, q), strict=True):
-        T = T * exp_twist(twist, joint)
-    return T * _transform(zero, "zero")
-
-
 def adjoint(T) -> sp.Matrix:
     """The 6x6 matrix that tells a twist in another frame: `adjoint(T_a_b)` takes it from frame b to frame a."""
     T = _transform(T, "T")
@@ -74,12 +64,19 @@ def space_jacobian(twists, q: Sequence) -> sp.Matrix:
 
 def body_jacobian(twists, zero, q: Sequence) -> sp.Matrix:
     """The same twists told in the tool's own frame: 6xn, its linear rows are the velocity of the tool's origin."""
-    to_tool, columns = adjoint(_inverse(_transform(zero, "zero"))), []
+    to_tool, columns = adjoint(undone(_transform(zero, "zero"))), []
     T = sp.eye(4)
     for twist, joint in reversed(list(zip(*_pairs(twists, q), strict=True))):  # from the tool back to the base
         columns.append(adjoint(T) * to_tool * twist)
         T = T * exp_twist(to_tool * twist, -joint)
     return sp.Matrix.hstack(*reversed(columns))
+
+
+def undone(T) -> sp.Matrix:
+    """The inverse of a rigid transform, 4x4: R^T and -R^T p."""
+    T = _transform(T, "T")
+    R = T[:3, :3].T
+    return sp.Matrix.vstack(sp.Matrix.hstack(R, -R * T[:3, 3]), sp.Matrix([[0, 0, 0, 1]]))
 
 
 def _column(value, size: int, name: str) -> sp.Matrix:
@@ -112,9 +109,3 @@ def _transform(value, name: str) -> sp.Matrix:
     if [len(row) for row in rows] != [4] * 4 or any(rows[3][j] - int(j == 3) for j in range(4)):
         raise BadInput(f"`{name}` must be a transform, 4x4 with the last row 0, 0, 0, 1; got {shown(value)}.")
     return sp.Matrix(rows)
-
-
-def _inverse(T: sp.Matrix) -> sp.Matrix:
-    """The inverse of a rigid transform: R^T and -R^T p."""
-    R = T[:3, :3].T
-    return sp.Matrix.vstack(sp.Matrix.hstack(R, -R * T[:3, 3]), sp.Matrix([[0, 0, 0, 1]]))

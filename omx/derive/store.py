@@ -1,14 +1,10 @@
-"""Generated modules on disk: read once in their language, written both or neither, and loaded as they are now."""
+"""Generated modules on disk: written both or neither, and loaded as they are now."""
 
 import contextlib
 import importlib
 import importlib.util
 import os
-import re
-import shutil
-import subprocess
 import sys
-import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from types import ModuleType
@@ -24,14 +20,17 @@ from .module import MARK, SCRATCH, Parameters, listed, parameter_values, script,
 GENERATED = Path(__file__).resolve().parent.parent / "generated"
 
 
-def folder(name: str, notebook: str | None) -> Path:
-    """Where a module is written, unless its caller says where: where OMX_GENERATED says, if it says anything.
+def place(name: str, notebook: str | None, folder: str | os.PathLike | None = None) -> Path:
+    """The folder in which a module is written: `folder`, else where OMX_GENERATED says, if it says anything.
 
     Else what the small module is made of goes to `omx/generated`, and all other modules to the current folder, which
     is the notebook's.
     """
-    chosen = os.environ.get("OMX_GENERATED") or (GENERATED if name in CHAPTERS and notebook else ".")
-    return Path(chosen).resolve()
+    if folder is None:
+        folder = os.environ.get("OMX_GENERATED") or (GENERATED if name in CHAPTERS and notebook else ".")
+    if not isinstance(folder, (str, os.PathLike)) or not str(folder):
+        raise BadInput(f"`folder` must be the path of a folder; got {shown(folder)}.")
+    return Path(folder).resolve()
 
 
 def write(
@@ -68,22 +67,13 @@ def write(
     about: dict[str, Any] = {"notebook": notebook, "doc": doc, "parameters": parameters, "branches": branches}
     python = source(name, functions, rows=rows, batch=batch, **about)
     javascript = script(functions, **about)
-    path = _place(name, notebook, folder) / f"{name}.py"
+    path = place(name, notebook, folder) / f"{name}.py"
     _refuse_what_is_not_ours(path, notebook)
     compile(python, str(path), "exec")
     if name in CHAPTERS:
         _refuse_no_arm(parameters)
-    check_javascript(javascript, f"{name}.js")
     _store({path: python, path.with_suffix(".js"): javascript})
     return _load(name, path)
-
-
-def _place(name: str, notebook: str | None, where) -> Path:
-    if where is None:
-        return folder(name, notebook)
-    if not isinstance(where, (str, os.PathLike)) or not str(where):
-        raise BadInput(f"`folder` must be the path of a folder; got {shown(where)}.")
-    return Path(where).resolve()
 
 
 def writer(path: Path) -> str | None:
@@ -125,39 +115,6 @@ def _refuse_no_arm(parameters: Parameters) -> None:
     short = [f"{symbol} = {value}" for symbol, value in values.items() if str(symbol)[0] == "L" and not value > 0]
     if short:
         raise BadInput(f"{', '.join(short)} mm makes no arm: every length must be more than 0. Nothing was written.")
-
-
-def check_javascript(text: str, name: str) -> None:
-    """`OmxError` where the text is no JavaScript module: by its brackets, and by Node where there is one."""
-    complaint = _unbalanced(text)
-    node = shutil.which("node")
-    if node is not None and not complaint:
-        complaint = _said_by(node, text)
-    if complaint:
-        raise OmxError(f"{name} would be no JavaScript, so nothing was written: {complaint}")
-
-
-def _said_by(node: str, text: str) -> str:
-    """Node's complaint about a module, one line; empty if there is none, or if Node cannot be asked."""
-    with contextlib.suppress(OSError, subprocess.TimeoutExpired), tempfile.TemporaryDirectory() as aside:
-        module = Path(aside) / "module.mjs"
-        module.write_text(text, encoding="utf-8")
-        said = subprocess.run([node, "--check", str(module)], capture_output=True, encoding="utf-8", timeout=60)
-        return next((line for line in said.stderr.splitlines() if "SyntaxError" in line), "")
-    return ""
-
-
-def _unbalanced(text: str) -> str:
-    """The first bracket that is not closed, or closes nothing, comments and strings apart; empty if there is none."""
-    pairs, open_ones = {")": "(", "]": "[", "}": "{"}, []
-    bare = re.sub(r"/\*.*?\*/|//[^\n]*|\"[^\"\n]*\"", lambda m: "\n" * m[0].count("\n"), text, flags=re.DOTALL)
-    for number, line in enumerate(bare.splitlines(), start=1):
-        for letter in line:
-            if letter in pairs.values():
-                open_ones.append(letter)
-            elif letter in pairs and (not open_ones or open_ones.pop() != pairs[letter]):
-                return f"line {number}: `{letter}` closes nothing"
-    return f"`{open_ones[-1]}` is never closed" if open_ones else ""
 
 
 def _store(texts: dict[Path, str]) -> None:

@@ -7,6 +7,7 @@ The *wrist*: three angles that make a rotation. Each has two answers, and none d
 import sympy as sp
 
 from ..dh import DHRow
+from .screws import undone
 from .symbolic import wrap
 
 #: The pose of a hand as six-joint inverses take it: the columns n, o, a of its rotation, and its position p (mm).
@@ -107,13 +108,6 @@ def hand_and_centre(steps: Steps, rows):
     centre = hand[:3, 3] - last.d * R[:, 2] - last.a * R[:, 0]
     # x6 lies a along the hand's own x, which the last twist leaves alone
     return R, [steps.let(f"w{axis}", entry) for axis, entry in zip("xyz", centre, strict=True)]
-
-
-def undone(T):
-    """The inverse of a rigid transform."""
-    out = sp.eye(4)
-    out[:3, :3], out[:3, 3] = T[:3, :3].T, -T[:3, :3].T * T[:3, 3]
-    return out
 
 
 def in_plane(steps: Steps, name: str, x, y):

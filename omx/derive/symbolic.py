@@ -12,7 +12,7 @@ from sympy.simplify.fu import TR10i
 
 from .. import arrays
 from ..arrays import as_count, shown
-from ..dh import exact, exact_angle, link_rows
+from ..dh import as_expression, exact, exact_angle, link_rows
 from ..errors import BadInput, NotDecided, NotEqual
 
 __all__ = [
@@ -52,17 +52,6 @@ class Unit(sp.Symbol):
 
     def _latex(self, printer) -> str:
         return rf"\,\mathrm{{{self.name}}}"
-
-
-def as_expression(value):
-    """`value` as SymPy's. `BadInput` for what is no number and no expression: text is never evaluated."""
-    try:
-        expression = sp.sympify(value, strict=True)
-    except (sp.SympifyError, TypeError, ValueError, AttributeError, OverflowError):
-        expression = None
-    if not isinstance(expression, sp.Expr):
-        raise BadInput(f"an expression or a number is wanted; got {shown(value)}.")
-    return expression
 
 
 def dh_matrix(theta, d, a, alpha) -> sp.Matrix:
@@ -135,6 +124,8 @@ def prove_equal(left, right, relations=(), name: str = "the difference") -> None
     found, `BadInput`. `relations`: see `residual`.
     """
     left, right, relations = _as_matrix(left), _as_matrix(right), _pairs(relations)
+    if not isinstance(name, str):
+        raise BadInput(f"`name` must be text; got {shown(name)}.")
     if left.shape != right.shape:
         raise BadInput(f"`left` and `right` must have one shape; they have {left.shape} and {right.shape}.")
     for index, (one, other) in enumerate(zip(left, right, strict=True)):
@@ -150,16 +141,12 @@ def prove_equal(left, right, relations=(), name: str = "the difference") -> None
 def _pairs(relations) -> list[tuple]:
     """The relations as (symbol, expression) pairs."""
     try:
-        pairs = [(symbol, as_expression(square)) for symbol, square in relations]
+        pairs = [tuple(pair) for pair in relations]
     except TypeError:
-        pairs = [(None, None)]
-    except ValueError as error:
-        if isinstance(error, BadInput):
-            raise
-        pairs = [(None, None)]
-    if not all(isinstance(symbol, sp.Symbol) for symbol, _ in pairs):
+        pairs = [()]
+    if not all(len(pair) == 2 and isinstance(pair[0], sp.Symbol) for pair in pairs):
         raise BadInput(f"`relations` must be (symbol, expression for its square) pairs; got {shown(relations)}.")
-    return pairs
+    return [(symbol, as_expression(square)) for symbol, square in pairs]
 
 
 def _as_matrix(value):
@@ -211,16 +198,9 @@ def show(name: str, *forms) -> sp.Eq:
         raise BadInput(f"`name` must be a text, such as 'A_1'; got {shown(name)}.")
     equation = _typeset(sp.Symbol(name))
     for form in forms:
-        equation = sp.Eq(equation, _typeset(_form(form)), evaluate=False)
+        form = form if isinstance(form, (sp.Basic, sp.MatrixBase)) else as_expression(form)
+        equation = sp.Eq(equation, _typeset(form), evaluate=False)
     return equation
-
-
-def _form(form):
-    """Anything that SymPy can set beside an equals sign; text is never evaluated."""
-    try:
-        return sp.sympify(form, strict=True)
-    except (sp.SympifyError, TypeError, ValueError, AttributeError, OverflowError):
-        raise BadInput(f"an expression, a matrix or a number is wanted; got {shown(form)}.") from None
 
 
 def _typeset(expression):

@@ -11,7 +11,7 @@ masses and motors are not read.
 import os
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from math import inf, isfinite
 from pathlib import Path
@@ -29,8 +29,8 @@ from ..geometry import COURSE, Geometry, as_arm
 from ..rotation import from_rpy, to_rpy
 from .axes import PARALLEL, from_axes
 
-#: No file is larger, and no robot has more parts; a number in a file is one that a robot may have (m, rad).
-MOST_BYTES, MOST_PARTS, MOST_DEPTH, MOST_NUMBER = 10_000_000, 10_000, 50, 1e6
+#: No file is larger; a number in a file is one that a robot may have (m, rad).
+MOST_BYTES, MOST_NUMBER = 10_000_000, 1e6
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 MOVING = ("revolute", "continuous", "prismatic")
 
@@ -46,12 +46,10 @@ def text(arm: Geometry | Chain = COURSE, *, maker_base: bool = False) -> str:
     link `base_link` stands where the maker's, and so ROS's, base frame is, 12 mm behind the axis of joint 1. Raises
     `BadInput` for what URDF cannot say: symbols, a sliding joint without ends, a turning joint with one end.
     """
-    arm = as_arm(arm)
+    arm = as_arm(arm, numbers=True)
     if maker_base is not True and maker_base is not False:
         raise BadInput(f"`maker_base` must be True or False; got {shown(maker_base)}.")
     chain = arm if isinstance(arm, Chain) else arm.chain
-    if chain._is_symbolic(np.zeros(len(chain))):
-        raise BadInput(f"{chain!r} has symbols in it: URDF holds numbers, so give them values first.")
     robot = ElementTree.Element("robot", name=chain.name)
     robot.append(ElementTree.Comment(" Written by omx.urdf: lengths in m, angles in rad. "))
     compiler = {"fusestatic": "false", "discardvisual": "false"}  # MuJoCo keeps the tool, and what is only to be seen
@@ -65,7 +63,8 @@ def text(arm: Geometry | Chain = COURSE, *, maker_base: bool = False) -> str:
         _write_link(robot, name, part)
     behind = np.eye(4)
     behind[0, 3] = BASE_OFFSET if maker_base else 0.0
-    origins = [behind if chain.base is None else behind @ chain.base, *_links_at_zero(chain)]
+    # a joint moves about its own z first: A_1 .. A_n at zero lead from one link to the next joint
+    origins = [behind if chain.base is None else behind @ chain.base, *chain.matrices(np.zeros(len(chain)))]
     for i, (origin, ends) in enumerate(zip(origins, pairwise(links), strict=True)):
         _write_joint(robot, chain, i, ends, origin, isinstance(arm, Geometry))
     ElementTree.indent(robot)
@@ -77,7 +76,10 @@ def write(path, arm: Geometry | Chain = COURSE, *, maker_base: bool = False) -> 
     if not isinstance(path, (str, os.PathLike)) or not str(path):
         raise BadInput(f"`path` must be the path of a file; got {shown(path)}.")
     described = text(arm, maker_base=maker_base)
-    Path(path).write_text(described, encoding="utf-8", newline="\n")
+    try:
+        Path(path).write_text(described, encoding="utf-8", newline="\n")
+    except (OSError, ValueError) as error:
+        raise BadInput(f"cannot write {path}: {error}.") from None
     return Path(path)
 
 
@@ -89,11 +91,6 @@ class Part(NamedTuple):
     centre: np.ndarray = np.zeros(3)  # mm
     inertia: np.ndarray = np.zeros((3, 3))  # kg m^2
     touches: bool = False
-
-
-def _links_at_zero(chain: Chain) -> Iterator[np.ndarray]:
-    """A_1 .. A_n at zero: from one URDF link to the next joint, since a joint moves about its own z first."""
-    yield from chain.matrices(np.zeros(len(chain)))
 
 
 def _write_joint(robot, chain: Chain, i: int, ends: tuple[str, str], origin, servos: bool) -> None:
@@ -171,10 +168,10 @@ def _arm_parts(geometry: Geometry) -> list[Part]:
 
 def _row_parts(chain: Chain) -> list[Part]:
     """Any chain: a short cylinder about the axis of each joint, and rods along d and a of its row. No masses."""
-    size = sum(abs(float(row.a)) + abs(float(row.d)) for row in chain.rows) or 100.0
+    size = chain.size or 100.0
     thin, thick = 0.02 * size, 0.045 * size
     parts = [Part()]
-    for row, T in zip(chain.rows, _links_at_zero(chain), strict=True):
+    for row, T in zip(chain.rows, chain.matrices(np.zeros(len(chain))), strict=True):
         corner, end = np.array((0.0, 0.0, float(row.d))), T[:3, 3]
         shapes = [("cylinder", (thick, 2.4 * thick), np.eye(4))]
         shapes += [_rod(a, b, thin) for a, b in ((np.zeros(3), corner), (corner, end)) if np.linalg.norm(b - a) > 1e-6]
@@ -387,39 +384,16 @@ def _only_tip(into: dict, base: str) -> str:
     return link
 
 
-class _Builder(ElementTree.TreeBuilder):
-    """Elements as usual, so many of them and so deep; no document type, and so no entities."""
-
-    def __init__(self):
-        super().__init__()
-        self.depth = self.parts = 0
-
-    def doctype(self, name, pubid, system):
-        raise BadInput("the file has a DOCTYPE: URDF has none, and it may define entities, so it is not read.")
-
-    def start(self, tag, attrs):
-        self.depth, self.parts = self.depth + 1, self.parts + 1
-        if self.depth > MOST_DEPTH or self.parts > MOST_PARTS:
-            raise BadInput(
-                f"the file has more than {MOST_PARTS} elements, or {MOST_DEPTH} in one another: not a robot."
-            )
-        return super().start(tag, attrs)
-
-    def end(self, tag):
-        self.depth -= 1
-        return super().end(tag)
-
-
 def _tree(described) -> ElementTree.Element:
     if not isinstance(described, str):
         raise BadInput(f"a URDF must be a text; got {shown(described)}.")
     if len(described) > MOST_BYTES:
         raise BadInput(f"the file has more than {MOST_BYTES} bytes: not a robot's description.")
+    if "<!DOCTYPE" in re.sub("<!--.*?-->", "", described, flags=re.DOTALL):
+        raise BadInput("the file has a DOCTYPE: URDF has none, and it may define entities, so it is not read.")
     try:
-        robot = ElementTree.fromstring(described, ElementTree.XMLParser(target=_Builder()))
+        robot = ElementTree.fromstring(described)
     except (ElementTree.ParseError, ValueError) as error:
-        if isinstance(error, BadInput):
-            raise
         raise BadInput(f"the file is not XML: {error}.") from None
     if robot.tag != "robot":
         raise BadInput(f"the file describes a <{robot.tag}>, not a <robot>.")

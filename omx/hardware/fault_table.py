@@ -3,6 +3,7 @@ programs left behind, and warns; the doctor tells the same rows. Reads only.
 """
 
 import math
+import sys
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
@@ -21,10 +22,16 @@ from ..arm import (
     WARN_DEGREES,
     WARN_VOLTS,
 )
+from ..errors import BusError
 from .dynamixel import registers as reg
 from .dynamixel import units
 from .dynamixel.bus import Bus, again
 
+#: The gains that hold a position, in blocks of neighbours.
+GAINS = (
+    reg.block("position_d_gain", "position_i_gain", "position_p_gain"),
+    reg.block("feedforward_2nd_gain", "feedforward_1st_gain"),
+)
 #: The registers that the rows judge, in blocks of neighbours: one transaction each, whatever the number of servos.
 BLOCKS = (
     reg.block("return_delay_time", "drive_mode", "operating_mode", "secondary_id"),
@@ -34,8 +41,7 @@ BLOCKS = (
     reg.block("startup_configuration"),
     reg.block("shutdown", "torque_enable"),
     reg.block("hardware_error"),
-    reg.block("position_d_gain", "position_i_gain", "position_p_gain"),
-    reg.block("feedforward_2nd_gain", "feedforward_1st_gain"),
+    *GAINS,
     reg.block("bus_watchdog"),
     reg.block("goal_pwm", "goal_current", "goal_velocity", "profile_acceleration", "profile_velocity", "goal_position"),
     reg.block("present_position", "velocity_trajectory", "position_trajectory", "present_voltage",
@@ -50,64 +56,66 @@ WEAK_PWM = math.ceil(1.1 * HOLDING_TORQUE / STALL_TORQUE * _FULL_PWM)
 PROTECTION = reg.REGISTERS["shutdown"].default
 #: The temperature limit from the factory: the servo gives up there.
 _HOTTEST = reg.REGISTERS["temperature_limit"].default
-_GAINS = (*reg.block("position_d_gain", "position_i_gain", "position_p_gain").registers,
-          *reg.block("feedforward_2nd_gain", "feedforward_1st_gain").registers)  # fmt: skip
+_GAINS = tuple(row for block in GAINS for row in block.registers)
+
+
+class Finding(NamedTuple):
+    """One thing found: the `key` of its row, the texts, and the id if it is one servo's.
+
+    `level` is "fault", "warning" or "note"; what is `mended` is set back when the motors are switched on.
+    """
+
+    key: str
+    level: str
+    symptom: str
+    cause: str
+    remedy: str
+    servo: int | None = None
+    mended: bool = False
+
+    @property
+    def forbids(self) -> bool:
+        """True if the arm must not be driven like this, and switching on does not mend it."""
+        return self.level == "fault" and not self.mended
+
+    @property
+    def warns(self) -> bool:
+        """True if it should be said when the arm is opened."""
+        return self.level == "warning" and not self.mended
 
 
 class Condition(NamedTuple):
-    """One row. `found(servo, at)` gives the facts for the text where the condition holds, None where it does not.
+    """One row. `found(servo, at)` gives the facts for the texts where the condition holds, None where it does not.
 
     `at` maps names to raw values and must have those that `needs` names. A "fault" forbids driving, a "warning" is
     said, a "note" is for the doctor; what `mend` maps to values is written back when the motors are switched on, and
-    forbids nothing.
+    forbids nothing. `remedy` maps systems to texts where they differ.
     """
 
     key: str
     level: str
     needs: tuple[str, ...]
-    found: Callable[[int, dict[str, int]], dict | None]
+    found: Callable[[int, dict[str, int]], dict | None] | None
     symptom: str
     cause: str
-    remedy: str
+    remedy: str | dict[str, str]
     mend: dict[str, int] | None = None
 
-
-class Found(NamedTuple):
-    """A condition that holds for one servo, with the facts for its text."""
-
-    condition: Condition
-    servo: int
-    facts: dict
-
-    @property
-    def symptom(self) -> str:
-        """What is the case, in words."""
-        return self.condition.symptom.format(servo=self.servo, **self.facts)
-
-    @property
-    def remedy(self) -> str:
-        """What to do about it."""
-        return self.condition.remedy.format(servo=self.servo, **self.facts)
-
-    @property
-    def forbids(self) -> bool:
-        """True if the arm must not be driven like this, and switching on does not mend it."""
-        return self.condition.level == "fault" and self.condition.mend is None
-
-    @property
-    def warns(self) -> bool:
-        """True if it should be said when the arm is opened."""
-        return self.condition.level == "warning" and self.condition.mend is None
+    def finding(self, servo: int | None, facts: dict, system: str = sys.platform) -> Finding:
+        """This row with its blanks filled in; on `system` ("linux", "darwin", "win32") if remedies differ."""
+        remedy = self.remedy if isinstance(self.remedy, str) else self.remedy.get(system, self.remedy["linux"])
+        symptom, cause, remedy = (text.format(servo=servo, **facts) for text in (self.symptom, self.cause, remedy))
+        return Finding(self.key, self.level, symptom, cause, remedy, servo, self.mend is not None)
 
 
-def judge(servo: int, at: dict[str, int]) -> list[Found]:
+def judge(servo: int, at: dict[str, int]) -> list[Finding]:
     """Every row that holds for `servo`, of those that the registers in `at` can tell."""
     rows = [row for row in CONDITIONS if all(name in at for name in row.needs)]
     facts = [(row, row.found(servo, at)) for row in rows]
-    return [Found(row, servo, fact) for row, fact in facts if fact is not None]
+    return [row.finding(servo, fact) for row, fact in facts if fact is not None]
 
 
-def sentences(found: Iterable[Found]) -> list[str]:
+def sentences(found: Iterable[Finding]) -> list[str]:
     """What is the case and what to do about it: servos with the same remedy in one."""
     symptoms: dict[str, list[str]] = {}
     for one in found:
@@ -115,13 +123,27 @@ def sentences(found: Iterable[Found]) -> list[str]:
     return [f"{'; '.join(each)}. {remedy}" for remedy, each in symptoms.items()]
 
 
-def registers(bus: Bus, servos) -> dict[int, dict[str, int]]:
+def registers(bus: Bus, servos, blocks=BLOCKS) -> dict[int, dict[str, int]]:
     """All that the rows judge, of `servos`: id -> name -> raw value. A lost answer is asked for again."""
     at: dict[int, dict[str, int]] = {servo: {} for servo in servos}
-    for what in BLOCKS:
+    for what in blocks:
         for servo, values in again(bus.read_block, servos, what).items():
             at[servo] |= {row.name: value for row, value in zip(what.registers, values, strict=True)}
     return at
+
+
+def settings(bus: Bus, servos) -> tuple[dict[int, dict[str, int]], list[BusError]]:
+    """The `registers` of as many of `servos` as can be read, and why the others cannot."""
+    try:
+        return registers(bus, servos) if servos else {}, []
+    except BusError:  # one of them does not answer: which?
+        at, errors = {}, []
+        for servo in servos:
+            try:
+                at |= registers(bus, [servo])
+            except BusError as error:
+                errors.append(error)
+        return at, errors
 
 
 # ---- what the rows ask: each gives the facts for its text, or None ----
@@ -137,7 +159,7 @@ def _when(test: Callable[[dict], bool], only=ARM_IDS, **facts) -> Callable:
 
 
 def _unit(name: str) -> Callable:
-    return lambda at: units.unit_of(name).value(at[name])
+    return lambda at: reg.REGISTERS[name].unit.value(at[name])
 
 
 def hardware_words(bits: int) -> dict[str, str]:

@@ -9,15 +9,7 @@ from math import ceil, pi, radians
 
 import numpy as np
 
-from ..arm import (
-    GRAVITY,
-    HOLDING_TORQUE,
-    LIMITS,
-    NO_LOAD_SPEED,
-    SOFT_MARGIN,
-    SPEED_CAP,
-    STALL_TORQUE,
-)
+from ..arm import GRAVITY, HOLDING_TORQUE, LIMITS, NO_LOAD_SPEED, SOFT_MARGIN, SPEED_CAP, STALL_TORQUE
 from ..arrays import as_four, as_number, as_rows
 from ..collision import gaps
 from ..dh import clipped, limit_violations

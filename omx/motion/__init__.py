@@ -8,10 +8,10 @@ from .dynamics import motor_torques
 from .paths import Path, in_joints, rounded, spline_path
 from .pick_moves import legs
 from .time_optimal import Allowed, controllable, fastest, torque_lines
-from .trajectory import Trajectory, cubic, joint_move, joint_path, joint_spline, line, quintic, trapezoid
+from .trajectory import Trajectory, cubic, joint_move, line, quintic, trapezoid
 
 __all__ = [
     "Allowed", "Path", "Trajectory", "controllable", "cubic", "fastest", "in_joints", "iterate", "joint_move",
-    "joint_path", "joint_spline", "joint_velocity", "legs", "line", "manipulability", "motor_torques", "quintic",
-    "rounded", "spline_path", "task_error", "task_jacobian", "torque_lines", "trapezoid",
+    "joint_velocity", "legs", "line", "manipulability", "motor_torques", "quintic", "rounded", "spline_path",
+    "task_error", "task_jacobian", "torque_lines", "trapezoid",
 ]  # fmt: skip

@@ -100,7 +100,8 @@ def iterate(
     steps, tolerance = as_count(steps, "steps", 0), as_number(tolerance, "tolerance", "0 mm or more", low=0.0)
     task = _chain_task(pose, arm) if isinstance(arm, Chain) else _pose_task(pose, arm)
     joints = len(arm) if isinstance(arm, Chain) else 4
-    q = _one(start, "start", joints, "one joint value for each joint" if joints != 4 else JOINT_ANGLES).copy()
+    wanted = "one joint value for each joint" if joints != 4 else JOINT_ANGLES
+    q = as_rows(start, "start", joints, wanted, many=False).copy()
     path, errors = [q.copy()], []
     for _ in range(steps + 1):
         error, J = task(q)
@@ -116,7 +117,7 @@ def iterate(
 
 def _pose_task(pose, geometry):
     """q -> the weighed error of x, y, z, pitch and its Jacobian."""
-    pose = _one(pose, "pose", 4, TASK_POSE)
+    pose = as_rows(pose, "pose", 4, TASK_POSE, many=False)
     return lambda q: (
         task_error(pose, q, geometry) * _WEIGHTS,
         task_jacobian(q, geometry) * _WEIGHTS[:, None],
@@ -129,7 +130,8 @@ def _chain_task(pose, chain: Chain):
         goal = as_rows(pose, "pose", 4, "a transform (4, 4)")
         point, rotation = goal[:3, 3], goal[:3, :3]
     else:
-        point, rotation = _one(pose, "pose", 3, f"the tip's x, y, z in mm, or a transform (4, 4), for {chain!r}"), None
+        wanted = f"the tip's x, y, z in mm, or a transform (4, 4), for {chain!r}"
+        point, rotation = as_rows(pose, "pose", 3, wanted, many=False), None
 
     def task(q):
         T, J = chain.fk(q), chain.jacobian(q)
@@ -151,14 +153,6 @@ def _damped(J, wanted, damping: float) -> np.ndarray:
     turned = np.swapaxes(J, -1, -2)
     inner = J @ turned + damping**2 * np.eye(J.shape[-2])
     return (turned @ np.linalg.solve(inner, wanted[..., None]))[..., 0]
-
-
-def _one(value, name: str, columns: int, wanted: str) -> np.ndarray:
-    """One row of `columns` numbers; `BadInput` for several."""
-    row = as_rows(value, name, columns, wanted, many=False)
-    if row.ndim != 1:
-        raise BadInput(f"`{name}` must be {wanted}, shape ({columns},), one at a time; got shape {row.shape}.")
-    return row
 
 
 def _one_for_each(first: tuple, name: str, second: tuple, other: str) -> None:

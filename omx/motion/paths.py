@@ -15,7 +15,7 @@ from ..errors import BadInput
 from ..geometry import COURSE, Geometry, as_geometry
 from ..kinematics import JOINT_ANGLES, TASK_POSE, solve_ik
 from .differential_ik import task_jacobian
-from .trajectory import TINY, cubic, solve_along, spline
+from .trajectory import TINY, cubic, solve_along
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,28 @@ def spline_path(waypoints, samples: int = 500) -> Path:
     ways = _legs(q, "waypoints")
     knots = np.concatenate([[0.0], np.cumsum(np.linalg.norm(ways, axis=1))])
     s = np.linspace(0.0, knots[-1], as_count(samples, "samples", 3, 100_000))
-    return Path(s, *spline(knots, q, s, free=True))
+    return Path(s, *_spline(knots, q, s))
+
+
+def _spline(knots, points, at) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The cubic spline through `points` (N, n) at the growing `knots` (N,): value, slope and curvature where `at` says.
+
+    At both ends its curvature is zero. The slopes at the knots are what makes the curvatures of two legs agree.
+    """
+    h, q = np.diff(knots), np.asarray(points, float)
+    slopes = np.diff(q, axis=0) / h[:, None]
+    A, b = np.zeros((len(q), len(q))), np.zeros_like(q)
+    A[0, :2], A[-1, -2:] = (2, 1), (1, 2)
+    b[0], b[-1] = 3 * slopes[0], 3 * slopes[-1]
+    for i in range(1, len(q) - 1):
+        A[i, i - 1 : i + 2] = h[i], 2 * (h[i - 1] + h[i]), h[i - 1]
+        b[i] = 3 * (h[i] * slopes[i - 1] + h[i - 1] * slopes[i])
+    v = np.linalg.solve(A, b)
+    leg = np.clip(np.searchsorted(knots, at, side="right") - 1, 0, len(h) - 1)
+    u, width = (at - knots[leg])[:, None], h[leg][:, None]
+    c2 = (3 * slopes[leg] - 2 * v[leg] - v[leg + 1]) / width
+    c3 = (v[leg] + v[leg + 1] - 2 * slopes[leg]) / width**2
+    return q[leg] + u * (v[leg] + u * (c2 + u * c3)), v[leg] + u * (2 * c2 + 3 * c3 * u), 2 * c2 + 6 * c3 * u
 
 
 def rounded(corners, error: float, samples: int = 500) -> Path:
@@ -52,7 +73,7 @@ def rounded(corners, error: float, samples: int = 500) -> Path:
     """
     corners = as_rows(corners, "corners", 4, TASK_POSE)
     ways = _legs(corners, "corners")
-    error = as_number(error, "error", "a distance above 0 mm", TINY)
+    error = as_number(error, "error", f"a distance of {TINY:g} mm or more", TINY)
     lengths = np.linalg.norm(ways[:, :3], axis=1)
     if not lengths.min() > TINY:
         raise BadInput("`corners`: two that follow each other are one place; the tool must move from each to the next.")

@@ -18,19 +18,21 @@ TOP, CAUTION = 1.875, 0.9
 
 
 def legs(
-    start, place, z: float, above: float = ABOVE, geometry: Geometry = COURSE
+    start, place, z: float, above: float = ABOVE, geometry: Geometry = COURSE, speed: float = 1.0
 ) -> tuple[Trajectory, Trajectory, Trajectory]:
     """From `start` (rad) with the hand pointing down over `place` (x, y), down to the height `z`, and up: three legs.
 
-    The first takes as long as 9/10 of the speed cap ask for. The tool is `above` mm high between places, and at least
-    16 mm above `z`. Raises `Unreachable`, `JointLimit`, `PathBlocked` or `BadInput`; the table is the guard's business.
+    The first takes as long as 9/10 of the speed cap ask for; with a `speed` of 0.5 all three take twice as long. The
+    tool is `above` mm high between places, and at least 16 mm above `z`. Raises `Unreachable`, `JointLimit`,
+    `PathBlocked` or `BadInput`; the table is the guard's business.
     """
     start = as_four(start, "start", JOINT_ANGLES)
     x, y = as_rows(place, "place", 2, "x and y on the table in mm", many=False)
     z = as_number(z, "z", "a height in mm")
+    slow = 1 / as_number(speed, "speed", "a share of the full speed, above 0 and at most 1", 1e-3, 1.0)
     high = max(as_number(above, "above", "a height in mm"), z + 16)
     over = np.array(kinematics.solve_ik([x, y, high, -pi / 2], start, geometry).q)
     way = float(np.abs(np.subtract(over, start)).max())
-    first = joint_move(start, over, max(0.6, TOP * way / (CAUTION * SPEED_CAP)), rate=40)
-    down = line(over, [x, y, z, -pi / 2], STRAIGHT_S, rate=40, geometry=geometry)
-    return first, down, line(down.q[-1], [x, y, high, -pi / 2], STRAIGHT_S, rate=40, geometry=geometry)
+    first = joint_move(start, over, slow * max(0.6, TOP * way / (CAUTION * SPEED_CAP)), rate=40)
+    down = line(over, [x, y, z, -pi / 2], slow * STRAIGHT_S, rate=40, geometry=geometry)
+    return first, down, line(down.q[-1], [x, y, high, -pi / 2], slow * STRAIGHT_S, rate=40, geometry=geometry)

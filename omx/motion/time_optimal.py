@@ -40,10 +40,12 @@ class Allowed:
 
     def __post_init__(self):
         for name in ("speed", "acceleration", "torque"):
-            value = np.asarray(getattr(self, name))
-            four = as_rows(value if value.ndim else [getattr(self, name)] * 4, name, 4, "above 0, one number or four")
-            if four.shape != (4,) or not four.min() > TINY:
-                raise BadInput(f"`{name}` must be above 0, one number for all joints or four; got {value}.")
+            value = getattr(self, name)
+            four = as_rows(
+                value if np.ndim(value) else [value] * 4, name, 4, f"above {TINY:g}, one number or four", many=False
+            )
+            if not four.min() > TINY:
+                raise BadInput(f"`{name}` must be above {TINY:g}, one number for all joints or four; got {value}.")
             object.__setattr__(self, name, tuple(four.tolist()))
         as_number(self.payload_g, "payload_g", "a mass of 0 g or more", 0.0)
 

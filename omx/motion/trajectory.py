@@ -4,28 +4,23 @@ A scaling turns normalised time u in [0, 1] into progress s in [0, 1] with its f
 `Trajectory` is sampled: times (s), joint angles, velocities and accelerations (rad, rad/s, rad/s^2).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import ceil, inf, tau
-from typing import Any, Protocol, cast
 
 import numpy as np
 
 from .. import kinematics
 from ..arm import LIMITS
-from ..arrays import as_floats, as_four, as_number, as_rows, shown, wrap
+from ..arrays import as_floats, as_four, as_number, shown, wrap
 from ..dh import as_limits, clipped, limit_violations
 from ..errors import BadInput, JointLimit, OmxError, PathBlocked
 from ..geometry import COURSE, Geometry
 from ..kinematics import JOINT_ANGLES, TASK_POSE
 from .differential_ik import joint_velocity, manipulability
 
-
-class Scaling(Protocol):
-    """Normalised time u (N,) in [0, 1] -> progress s, ds/du and d2s/du2, each (N,)."""
-
-    def __call__(self, u: np.ndarray, /) -> tuple[np.ndarray, np.ndarray, np.ndarray]: ...
-
+#: Normalised time u (N,) in [0, 1] -> progress s, ds/du and d2s/du2, each (N,).
+Scaling = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 #: A smaller |det| of the task Jacobian than this, relative to its size a long way from singularities, is singular.
 NEAR_SINGULAR = 1e-3
@@ -88,7 +83,7 @@ def trapezoid(ramp: float = 0.25) -> Scaling:
 
     Unlike `cubic` and `quintic` it is called to be passed on: `scaling=trapezoid(0.3)`.
     """
-    ramp = as_number(ramp, "ramp", "a share of the time in (0, 0.5]", TINY, 0.5)
+    ramp = as_number(ramp, "ramp", f"a share of the time, {TINY:g} to 0.5", TINY, 0.5)
     speed = 1 / (1 - ramp)
 
     def scaling(u):
@@ -113,62 +108,6 @@ def joint_move(start, goal, seconds: float, scaling: Scaling = quintic, rate: fl
     return Trajectory(
         t, start + np.outer(s, way), np.outer(ds, way) / seconds, np.outer(dds, way) / (seconds * seconds)
     )
-
-
-def joint_path(
-    waypoints, seconds: float | Sequence[float], scaling: Scaling = quintic, rate: float = 100.0
-) -> Trajectory:
-    """Through `waypoints` (N, 4) rad in turn, resting at each; `seconds` for each leg, or one number for all."""
-    q, legs = _legs(waypoints, seconds)
-    path = joint_move(q[0], q[1], legs[0], scaling, rate)
-    for start, end, duration in zip(q[1:-1], q[2:], legs[1:], strict=True):
-        path = path.then(joint_move(start, end, duration, scaling, rate))
-    return path
-
-
-def joint_spline(waypoints, seconds: float | Sequence[float], rate: float = 100.0) -> Trajectory:
-    """Through `waypoints` (N, 4) rad without stopping, at rest at both ends; `seconds` as for `joint_path`.
-
-    A clamped cubic spline: on each leg a cubic, and where two meet position, velocity and acceleration agree. The
-    velocities at the waypoints solve that. Between two waypoints it may swing a little beyond them.
-    """
-    q, legs = _legs(waypoints, seconds)
-    knots = np.concatenate([[0.0], np.cumsum(legs)])
-    t = _times(knots[-1], rate)
-    return Trajectory(t, *spline(knots, q, t))
-
-
-def _legs(waypoints, seconds) -> tuple[np.ndarray, list[float]]:
-    """The waypoints (N, 4) in rad, and the seconds (N - 1) of the ways between them."""
-    q = as_rows(waypoints, "waypoints", 4, JOINT_ANGLES)
-    if q.ndim != 2 or len(q) < 2:
-        raise BadInput(f"`waypoints` must be at least two configurations, shape (N, 4); got {q.shape}.")
-    legs: list[Any] = [seconds] * (len(q) - 1) if np.ndim(seconds) == 0 else list(cast(Any, seconds))
-    if len(legs) != len(q) - 1:
-        raise BadInput(f"`seconds` must be one number, or one for each of the {len(q) - 1} legs; got {len(legs)}.")
-    return q, [as_number(leg, "seconds", "a positive number of seconds", TINY) for leg in legs]
-
-
-def spline(knots, points, at, free: bool = False) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The cubic spline through `points` (N, n) at the growing `knots` (N,): value, slope and curvature where `at` says.
-
-    At both ends its slope is zero or, where `free`, its curvature is.
-    """
-    h, q = np.diff(knots), np.asarray(points, float)
-    slopes = np.diff(q, axis=0) / h[:, None]
-    A, b = np.eye(len(q)), np.zeros_like(q)
-    for i in range(1, len(q) - 1):
-        A[i, i - 1 : i + 2] = h[i], 2 * (h[i - 1] + h[i]), h[i - 1]
-        b[i] = 3 * (h[i] * slopes[i - 1] + h[i - 1] * slopes[i])
-    if free:
-        A[0, :2], A[-1, -2:] = (2, 1), (1, 2)
-        b[0], b[-1] = 3 * slopes[0], 3 * slopes[-1]
-    v = np.linalg.solve(A, b)
-    leg = np.clip(np.searchsorted(knots, at, side="right") - 1, 0, len(h) - 1)
-    u, width = (at - knots[leg])[:, None], h[leg][:, None]
-    c2 = (3 * slopes[leg] - 2 * v[leg] - v[leg + 1]) / width
-    c3 = (v[leg] + v[leg + 1] - 2 * slopes[leg]) / width**2
-    return q[leg] + u * (v[leg] + u * (c2 + u * c3)), v[leg] + u * (2 * c2 + 3 * c3 * u), 2 * c2 + 6 * c3 * u
 
 
 def line(
@@ -199,7 +138,7 @@ def line(
         max_speed: the fastest that a joint may turn (rad/s).
     """
     limits = limits if limits is LIMITS else as_limits(limits, 4)
-    max_speed = as_number(max_speed, "max_speed", "a speed in rad/s", TINY, inf)
+    max_speed = as_number(max_speed, "max_speed", f"a speed in rad/s, {TINY:g} or more", TINY, inf)
     q0, first, way = _straight_way(start, pose, geometry, limits)
     seconds, t, (s, ds, _) = _timeline(seconds, scaling, rate)
     poses = first + np.outer(s, way)
@@ -273,18 +212,13 @@ def _joint_velocity(q, task_velocity, geometry, max_speed):
     return qd
 
 
-def _times(seconds: float, rate: float) -> np.ndarray:
-    """The times of the samples, `rate` of them a second, both ends among them."""
-    rate = as_number(rate, "rate", "a positive number of samples a second", TINY)
+def _timeline(seconds: float, scaling: Scaling, rate: float):
+    """`seconds` as a float, the times of the samples, both ends among them, and what the scaling makes of them."""
+    seconds = as_number(seconds, "seconds", f"a number of seconds, {TINY:g} or more", TINY)
+    rate = as_number(rate, "rate", f"a number of samples a second, {TINY:g} or more", TINY)
     if seconds * rate > MOST_SAMPLES:
         raise BadInput(f"`seconds` times `rate` must be at most {MOST_SAMPLES:.0e} samples; got {seconds * rate:.1e}.")
-    return np.linspace(0.0, seconds, max(2, ceil(seconds * rate) + 1))
-
-
-def _timeline(seconds: float, scaling: Scaling, rate: float):
-    """`seconds` as a float, the times of the samples, and what the scaling makes of them."""
-    seconds = as_number(seconds, "seconds", "a positive number of seconds", TINY)
-    t = _times(seconds, rate)
+    t = np.linspace(0.0, seconds, max(2, ceil(seconds * rate) + 1))
     wanted = "`scaling` must turn times u in [0, 1] into (s, ds/du, d2s/du2), as `quintic` and `trapezoid(0.25)` do"
     if scaling is trapezoid:
         raise BadInput(f"{wanted}; `trapezoid` itself must be called first: write `trapezoid()`.")

@@ -52,6 +52,14 @@ def test_no_point_is_dexterous(pitch_map):
     assert np.nanmax(pitch_map.share) == pytest.approx(0.38, abs=0.02)
 
 
+def test_a_map_that_takes_a_minute_says_so():
+    def stop(_):
+        raise KeyboardInterrupt
+
+    with pytest.warns(UserWarning, match="146 million poses"), pytest.raises(KeyboardInterrupt):
+        workspace.pitch_map(step=0.5, allowed=stop)
+
+
 def test_the_map_is_blank_outside_only(pitch_map):
     points = np.stack(np.meshgrid(pitch_map.r, pitch_map.z), axis=-1)
     assert (np.isfinite(pitch_map.share) == workspace.reaches(points)).all()
@@ -78,14 +86,6 @@ def test_branch_counts_agree_with_the_scalar_inverse():
     assert {0, 1, 2} <= set(found.count.ravel().tolist())
 
 
-def test_progress_is_told_as_a_share_and_ends_at_one():
-    shares = []
-    workspace.pitch_map(step=20.0, pitches=720, progress=shares.append)
-    assert len(shares) > 1
-    assert shares == sorted(shares)
-    assert shares[-1] == 1.0
-
-
 def test_no_pitches_are_refused():
     with pytest.raises(omx.BadInput, match="pitches"):
         workspace.pitch_map(pitches=0)
@@ -94,20 +94,12 @@ def test_no_pitches_are_refused():
 # ---- samples ---------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("draw", [workspace.uniform, workspace.stratified])
-def test_samples_keep_the_limits_and_repeat(draw):
-    q = workspace.sample_joints(5000, seed=4, draw=draw)
+def test_samples_keep_the_limits_and_repeat():
+    q = workspace.sample_joints(5000, seed=4)
     low, high = np.array(omx.LIMITS).T
     assert ((q >= low) & (q <= high)).all()
-    assert (q == workspace.sample_joints(5000, seed=4, draw=draw)).all()
-    assert (q != workspace.sample_joints(5000, seed=5, draw=draw)).any()
-
-
-def test_stratified_samples_leave_no_gap():
-    q = workspace.sample_joints(1000, draw=workspace.stratified)
-    low, high = np.array(omx.LIMITS).T
-    parts = np.sort(np.floor((q - low) / (high - low) * 1000), axis=0)
-    assert (parts == np.arange(1000)[:, None]).all()
+    assert (q == workspace.sample_joints(5000, seed=4)).all()
+    assert (q != workspace.sample_joints(5000, seed=5)).any()
 
 
 def test_counts_are_those_of_the_tips():
@@ -131,11 +123,11 @@ def test_counts_do_not_depend_on_the_workers():
 
 def test_counts_do_not_depend_on_a_cluster_that_listens_on_the_loopback_address():
     distributed = pytest.importorskip("dask.distributed", reason="dask is not installed")
-    mine, keep = psutil.Process(), partial(workspace.clear, table=20.0)
-    here = workspace.count_plane(SAMPLES, seed=3, keep=keep, executor=Here()).counts
+    mine = psutil.Process()
+    here = workspace.count_plane(SAMPLES, seed=3, executor=Here()).counts
     cluster = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None, "host": "127.0.0.1"}
     with distributed.Client(**cluster) as client:
-        there = workspace.count_plane(SAMPLES, seed=3, keep=keep, executor=client.get_executor()).counts
+        there = workspace.count_plane(SAMPLES, seed=3, executor=client.get_executor()).counts
         listening = {process: addresses(process) for process in [mine, *mine.children(recursive=True)]}
     assert (there == here).all()
     workers = [process for process, found in listening.items() if found and process != mine]
@@ -149,13 +141,6 @@ def test_counts_do_not_depend_on_a_cluster_that_listens_on_the_loopback_address(
 def addresses(process):
     """The addresses on which a process listens for TCP."""
     return {c.laddr.ip for c in process.net_connections("tcp") if c.status == psutil.CONN_LISTEN}
-
-
-def test_a_rule_drops_samples():
-    keep = partial(workspace.clear, table=0.0)
-    counts = workspace.count_plane(20_000, keep=keep, step=5.0)
-    assert counts.counts.sum() == np.count_nonzero(keep(workspace.sample_joints(20_000)))
-    assert counts.hit[:, 1].min() > 0.0
 
 
 def test_progress_counts_samples():

@@ -1,6 +1,7 @@
 """The student's edition: nothing of a teacher's in it, and it works where it is unpacked, with an empty home."""
 
 import os
+import re
 import subprocess
 import sys
 import zipfile
@@ -34,6 +35,12 @@ def test_nothing_that_a_teacher_keeps_is_in_it(unpacked):
         cells = normalise.read(path)["cells"]
         assert all("TODO" in source(c) for c in cells if "solution" in tags(c) and c["cell_type"] == "code")
         assert not any(cell.get("outputs") for cell in cells)
+
+
+def test_the_pages_that_chapters_name_go_along(unpacked):
+    for path in (unpacked / "notebooks").iterdir():
+        for page in re.findall(r"\]\(\.\./([\w/.-]+)", path.read_text(encoding="utf-8")):
+            assert (unpacked / page).is_file(), f"{path.name} links to {page}"
 
 
 def test_a_solution_or_a_note_anywhere_in_it_is_found():

@@ -14,4 +14,6 @@ def test_the_urdf_is_written_where_it_is_asked_for(tmp_path, capsys):
 def test_a_place_that_cannot_be_is_named(tmp_path, capsys):
     (tmp_path / "file").write_text("")
     assert export.main(["--to", str(tmp_path / "file" / "arm.urdf")]) == 1
-    assert "run.py: cannot write" in capsys.readouterr().err
+    assert "file is in the way" in capsys.readouterr().err
+    assert export.main(["--to", str(tmp_path)]) == 1
+    assert f"run.py: cannot write {tmp_path}" in capsys.readouterr().err

@@ -352,6 +352,11 @@ def test_what_lies_in_a_module_from_the_beginning_is_nobodys_doing():
     assert keeper.put_back() == "", "they are those that were there before"
 
 
+def test_what_a_check_says_in_a_loop_is_told_once():
+    said = "for i in range(9):\n    print('Correct: limits.')\n    print('Correct: height.')"
+    assert sandbox.attempt(said, {}, sandbox.Keeper(), False) == ("", "Correct: limits. Correct: height.")
+
+
 def test_odd_files_get_their_mark_or_a_sentence(course):
     found = rows(course)
     assert found["browser"]["marks"] == found["renamed"]["marks"] == found["windows"]["marks"] == "3"
@@ -389,7 +394,8 @@ def test_totals_go_into_tables_for_moodle_and_canvas(course):
         assert path.exists()
     assert rows(course, "marks.csv")["one-criterion"] == {"student": "one-criterion", NAME: "2.5", "total (%)": "83.3"}
     assert rows(course, "marks.csv")["absent"][NAME] == ""
-    assert rows(course, "moodle.csv", "Email address")["right@uni.example"][NAME] == "3"
+    moodle = rows(course, "moodle.csv", "Email address")
+    assert (moodle["right@uni.example"][NAME], moodle["absent@uni.example"][NAME]) == ("3", "-")
     canvas = rows(course, "canvas.csv", "SIS Login ID")
     assert canvas["right"]["Student"] == "'=Name of right", "a spreadsheet must not take a name for a formula"
     assert canvas[""][NAME] == "3"
@@ -413,9 +419,20 @@ def test_points_weights_and_lateness_are_the_courses_own(course, tmp_path):
         os.utime(path, (due + 3600 * hours, due + 3600 * hours))
         assert rules.late(NAME, "bob", path) == (factor, note)
     assert rules.late(NAME, "ada", path) == (1.0, [])
-    (tmp_path / "course.toml").write_text("[wieghts]\n")
-    with pytest.raises(Stop, match=r"course.toml has \[wieghts\]"):
-        gradebook.Rules(tmp_path)
+    key = {"exercises": [{"name": "exercise-7-2"}]}
+    rules.refuse_unknown(key, NAME)
+    rules.refuse_unknown({"exercises": []}, "08-others")
+    for text, sentence in (
+        ("[wieghts]\n", r"has \[wieghts\]"),
+        ('[due]\n"7" = 2026-03-01T12:00:00\n', r'\[due\]: 7 = .* is written "03"'),
+        ("[late]\nper_days = 0.1\n", r"\[late\]: per_days = 0.1 cannot be; it is written per_day = 0.1"),
+        ('[points]\n"7.9" = 2\n', "07 has no exercise 7.9"),
+        ('[days_late]\n"07" = { adda = 0 }\n', "adda is not on the roster"),
+    ):
+        (tmp_path / "course.toml").write_text(text)
+        (tmp_path / "roster.csv").write_text("student\nada\n")
+        with pytest.raises(Stop, match=sentence):
+            gradebook.Rules(tmp_path).refuse_unknown(key, NAME)
 
 
 # ---- handing out -------------------------------------------------------------------------------------------
@@ -441,14 +458,18 @@ def test_hidden_tests_must_belong_to_an_exercise(book, tmp_path):
         assign(book, tmp_path / "course", tmp_path / "hidden")
 
 
-def test_hidden_tests_are_tried_on_the_solution_and_count(book, sheet, tmp_path):
+def test_hidden_tests_are_tried_on_the_solution_and_count(book, sheet, tmp_path, capsys):
     place, course = tmp_path / "hidden" / NAME, tmp_path / "course"
     place.mkdir(parents=True)
     (place / "exercise-7-2.py").write_text("assert half(2) == 2, 'this is wrong'")
     with pytest.raises(Stop, match=r"Exercise 7.2 .* the book's own solution does not pass: .*this is wrong"):
         assign(book, course, tmp_path / "hidden")
     (place / "exercise-7-2.py").write_text("assert half(np.array([2.0, 4.0])).tolist() == [1, 2]")
+    capsys.readouterr()
     assign(book, course, tmp_path / "hidden")
+    told = capsys.readouterr().out.splitlines()
+    assert len(told) == 3
+    assert all(f"trial {n} of 3" in line for n, line in enumerate(told, 1))
     assert "tolist" not in (course / "release" / f"{NAME}.ipynb").read_text()
     hand_in(course, "plain", normalise.dumps(answered(sheet, _2="def half(x):\n    return float(x) / 2")))
     (row,) = grade(NAME, course)

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from book.chapters import normalise
+from book.chapters import edition, execute, lint, lint_numbers, normalise
+from book.reader import handin
 from tests.helpers.chapter import chapter, code, markdown, printed
 
 PNG = {
@@ -130,8 +131,16 @@ def test_the_command_checks_and_rewrites(tmp_path, capsys):
     assert "image" not in path.read_text()
 
 
-def test_a_broken_file_is_named(tmp_path):
-    path = tmp_path / "torn.ipynb"
-    path.write_text('{"cells": [')
-    with pytest.raises(ValueError, match=r"torn\.ipynb is not a notebook"):
+@pytest.mark.parametrize(
+    "text", ['{"cells": [', "", "[" * 10**5, "7", "{}", '{"cells": [7]}', '{"cells": [{"cell_type": "code"}]}']
+)
+def test_a_broken_file_is_named_by_every_tool_with_the_way_to_a_whole_one(tmp_path, capsys, text):
+    path = tmp_path / "05-torn.ipynb"
+    path.write_text(text)
+    with pytest.raises(
+        ValueError, match=r"torn\.ipynb is not a notebook .*: restore it with git, or from a fresh copy"
+    ):
         normalise.read(path)
+    for tool in (normalise.main, execute.main, lint.main, lint_numbers.main, handin.main, edition.main):
+        assert tool([str(path)]) == 1
+        assert str(path) in capsys.readouterr().err

@@ -139,6 +139,8 @@ def test_a_copy_of_the_book_elsewhere_hands_over_its_answers(book, tmp_path):
     assert source(solution_of(new / "08-more.ipynb")) == ANSWER, "what was done here stays"
     assert "another remark" in texts(new / "earlier" / "08-more-1.ipynb")
     assert (new / "mine.py").read_text() == "x = 1"
+    with pytest.raises(Stop, match="is this copy of the book itself"):
+        folder.take_along(work, work)
     with pytest.raises(Stop, match="holds no folder `work`"):
         folder.take_along(tmp_path / "nowhere", new)
 
@@ -323,19 +325,19 @@ def test_a_notebook_elsewhere_and_a_file_are_saved_as_they_are():
 
 
 def test_progress_counts_the_exercises_whose_checks_passed_last(book):
-    """One count for the contents and for `check.progress`: what the kernel keeps, not what a file's outputs show."""
+    """The contents count what the kernel keeps, not what a file's outputs show."""
     _, work = book
-    check = passed.read(work / "07-lines.ipynb")[1][0].checks[0]
-    for last, counted in ((None, "0 of 1"), (True, "1 of 1 \u2713"), (False, "0 of 1"), (True, "1 of 1 \u2713")):
+    check = passed.exercises(work / "07-lines.ipynb")[0][0]
+    none, one = "0 of 1 \u00b7", "1 of 1 \u2713"
+    for last, counted in ((None, none), (True, one), (False, none), (True, one)):
         if last is not None:
             assert passed.record(check, last, work).startswith(counted[:6])
         assert f"| {counted} |" in overview.table(work)
-        assert f"{counted[:6]} done" in str(passed.progress(work))
     folder.reset("07", work)
-    assert "| 0 of 1 |" in overview.table(work), "given out anew"
+    assert f"| {none} |" in overview.table(work), "given out anew"
     in_words = [markdown("### Exercise 7.2: in words", tags=["exercise"]), markdown("", tags=["solution"])]
     edit(work / "07-lines.ipynb", lambda cells: cells.extend(in_words))
-    assert "| 0 of 1 |" in overview.table(work), "what is told in words is not counted"
+    assert f"| {none} |" in overview.table(work), "what is told in words is not counted"
     overview.write(work)
     assert "0 of 1" in (work / overview.NAME).read_text()
     edit(work / overview.NAME, lambda cells: cells[0].update(source="# My own contents"))
@@ -398,6 +400,15 @@ def test_who_hands_in_hears_what_passed_and_of_when_it_is(tmp_path, monkeypatch,
 def test_an_answer_in_words_waits_for_a_teacher():
     cells = [markdown("### Exercise 7.2 · In your own words", tags=["exercise"])]
     assert handin.results_of(cells) == [("Exercise 7.2 · In your own words", handin.IN_WORDS)]
+
+
+def test_an_answer_whose_check_stays_with_the_teacher_has_not_passed(tmp_path):
+    exercise = markdown("### Exercise 7.1 · Half", tags=["exercise"])
+    thin = code("check.handed_in(half=half)", tags=["check"])
+    cells = [code("from omx import check\nhalf = 7"), exercise, thin]
+    results, page = handed_in(tmp_path, cells)
+    assert results == [("Exercise 7.1 · Half", handin.THERE)]
+    assert "0 of 0 exercises pass their checks; 1 more is there, to be marked" in page
 
 
 def test_a_notebook_that_drives_a_real_arm_is_not_run_again(tmp_path):

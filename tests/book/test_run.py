@@ -1,6 +1,7 @@
 """The launcher, tried on copies of itself with an environment of one tiny package, without any network."""
 
 import ast
+import errno
 import hashlib
 import importlib
 import importlib.util
@@ -18,7 +19,7 @@ from pathlib import Path
 import pytest
 
 from book.reader import lab
-from book.setup import installers, launch, lock, names, paths, settings
+from book.setup import installers, launch, lock, names, paths, settings, update
 from book.setup.paths import ROOT
 
 UV = shutil.which("uv", path=str(Path(sys.executable).parent)) or shutil.which("uv")
@@ -193,7 +194,7 @@ def test_a_package_that_lost_files_is_noticed_and_all_is_built_anew(clone):
     assert not (clone.root / ".venv" / "mine").exists()
 
 
-@pytest.mark.parametrize("debris", ["file", "broken link", "empty folder", "no interpreter"])
+@pytest.mark.parametrize("debris", ["file", "broken link", "empty folder", "no interpreter", "stamp"])
 def test_debris_is_replaced(clone, debris):
     venv = clone.root / ".venv"
     if debris == "file":
@@ -205,6 +206,9 @@ def test_debris_is_replaced(clone, debris):
     if debris == "no interpreter":
         (venv / "bin" / "python").symlink_to("gone")
         (venv / "pyvenv.cfg").write_text("home = nowhere\n")
+    if debris == "stamp":
+        (clone.stamp / "a folder").mkdir(parents=True)
+        clone.stamp.with_suffix(".part").mkdir()
     assert clone.run("test").stdout.splitlines()[-1] == "tiny pytest -n 2"
 
 
@@ -443,6 +447,35 @@ def test_a_list_that_nobody_reads_ends_without_a_traceback(clone, where, said):
     assert len(error.splitlines()) <= 1
 
 
+@pytest.mark.parametrize(("where", "said"), [("| true", ""), ("> /dev/full", "run.py: The disk is full"), (">&-", "")])
+def test_what_a_tool_says_to_nobody_ends_without_a_traceback(where, said):
+    tool = "from book.reader.solutions import main; import time; time.sleep(0.2); raise SystemExit(main(['3.1']))"
+    words = ["sh", "-c", f'"$0" -c "{tool}" {where}', sys.executable]
+    error = subprocess.run(words, cwd=ROOT, check=False, capture_output=True, text=True).stderr
+    assert said in error
+    assert len(error.splitlines()) == bool(said)
+
+
+@pytest.mark.parametrize(
+    ("is_checkout", "said"), [(False, "is no git checkout"), (True, "the folder is somebody else's")]
+)
+def test_a_checkout_that_git_cannot_read_is_no_copy_without_git(tmp_path, monkeypatch, capsys, is_checkout, said):
+    if is_checkout:
+        (tmp_path / ".git").mkdir()
+    monkeypatch.setattr(update, "ROOT", tmp_path)
+    monkeypatch.setenv("PATH", "")
+    update.pull()
+    assert said in capsys.readouterr().out
+
+
+@pytest.mark.skipif(paths.WINDOWS, reason="Windows has a profile instead of HOME")
+def test_where_nothing_can_be_written_a_folder_is_asked_for(clone):
+    assert clone.run("test").returncode == 0
+    (clone.root / ".venv" / "home").touch()
+    done = clone.run("test", HOME=str(clone.root / "missing"))
+    assert "let HOME name a folder that can" in one_sentence(done)
+
+
 @pytest.mark.skipif(paths.WINDOWS, reason="Windows has a profile instead of HOME")
 @pytest.mark.parametrize("home", ["missing", "a file"])
 def test_without_a_home_folder_there_is_one_in_the_environment(clone, tmp_path, home):
@@ -506,6 +539,41 @@ def test_full_disk_while_the_environment_is_made(clone):
     full = "import errno, venv\ndef full(*_): raise OSError(errno.ENOSPC, 'No space left on device')\n"
     done = clone.run("test", before=full + "venv.EnvBuilder.create = full")
     assert "The disk is full" in one_sentence(done)
+
+
+def test_a_file_for_which_there_is_no_room_stays_as_it_was(tmp_path, capsys):
+    target = tmp_path / "mine.txt"
+    target.write_text("mine")
+
+    @paths.in_a_sentence
+    def tool():
+        with paths.whole(target) as partial:
+            partial.write_text("half of the n")
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+    assert tool() == 1
+    assert capsys.readouterr().err == "run.py: The disk is full; make room and type the same again.\n"
+    assert [path.read_text() for path in tmp_path.iterdir()] == ["mine"]
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (PermissionError(errno.EACCES, "Permission denied", "work"), "type this as its owner, or in a copy of your"),
+        (OSError(errno.EROFS, "Read-only file system", "work"), "type this as its owner, or in a copy of your own"),
+        (NotADirectoryError(errno.ENOTDIR, "Not a directory", "work"), "work is in the way"),
+        (OSError(errno.ENOSPC, "No space left on device", "work"), "The disk is full"),
+        (OSError(errno.EADDRINUSE, "Address already in use"), "Address already in use"),
+        (KeyboardInterrupt(), "run.py: Interrupted."),
+    ],
+)
+def test_what_the_system_refuses_is_told_with_the_way_out(error, said, capsys):
+    @paths.in_a_sentence
+    def tool():
+        raise error
+
+    assert tool() == (130 if isinstance(error, KeyboardInterrupt) else 1)
+    assert said in capsys.readouterr().err
 
 
 def test_read_only_folder(clone):
@@ -648,6 +716,19 @@ def test_an_option_of_the_reader_replaces_ours_in_any_spelling(given, ours):
     assert said[0].split("=")[1] == given.partition("=")[2] or given == "--debug"
 
 
+def test_a_number_that_is_no_port_is_told():
+    lab.must_be_a_port(8888)
+    with pytest.raises(paths.Stop, match="80000 is no port"):
+        lab.must_be_a_port(80000)
+
+
+def test_a_folder_in_which_jupyter_can_keep_nothing_is_named(tmp_path):
+    lab.can_keep_files(tmp_path / "new")
+    (tmp_path / "file").touch()
+    with pytest.raises(paths.Stop, match=r"file/x \(Not a directory\): let JUPYTER_RUNTIME_DIR name a folder of yours"):
+        lab.can_keep_files(tmp_path / "file" / "x")
+
+
 def test_a_notebook_outside_is_named_with_the_way_to_open_it(tmp_path):
     notebook = tmp_path / "mine.ipynb"
     notebook.write_text("{}")
@@ -762,6 +843,18 @@ def test_lock_leaves_the_file_when_nothing_fits(clone):
 def test_package_names_are_compared_normalised():
     assert lock.package_of("Jupyter_Client==1") == lock.package_of("jupyter.client") == "jupyter-client"
     assert lock.package_of("# numpy==1") == lock.package_of("") == ""
+
+
+@pytest.mark.parametrize(
+    "said",
+    ["  cause: error sending request for url\n  cause: invalid peer certificate: UnknownIssuer",
+     "SSLCertVerificationError(1, '[SSL: CERTIFICATE_VERIFY_FAILED] certificate verify failed: self-signed"],
+    ids=["uv", "pip"],
+)  # fmt: skip
+def test_a_certificate_that_is_not_trusted_is_no_matter_of_the_cable(said):
+    failed = installers.Failed(said.splitlines())
+    assert "let SSL_CERT_FILE and PIP_CERT name the file" in str(failed)
+    assert failed.unreachable, "nothing is built anew for it"
 
 
 def test_sentences_for_the_disk_name_what_is_free():

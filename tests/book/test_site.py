@@ -247,6 +247,26 @@ def test_a_picture_brings_its_alt_text():
     assert pages.prepared(cell)["metadata"]["mystnb"]["image"] == {"alt": "A line.", "width": "9px"}
 
 
+@pytest.mark.parametrize(
+    ("source", "outside"), [("**Predict.** How far?", ""), ("### Far\n\n**Predict.** How far?", "### Far")]
+)
+def test_a_question_to_predict_stands_in_a_box_whether_it_has_a_heading_or_not(source, outside):
+    cell = {"cell_type": "markdown", "id": "a", "metadata": {"tags": ["predict"]}, "source": source}
+    before, _, box = pages.prepared(cell)["source"].partition("::::::{div} omx-predict")
+    assert before.strip() == outside
+    assert box.strip() == "**Predict.** How far?\n::::::"
+
+
+def test_no_line_of_a_page_begins_with_the_full_stop_after_a_formula():
+    formula = '<span class="math notranslate nohighlight">\\(q_1\\)</span>'
+    page = f"<p>{formula}, then {formula} (or {formula}).</p>"
+    joined = site.INLINE.sub(r'<span class="omx-one">\1\2</span>', page)
+    assert joined.count("omx-one") == 2
+    assert f'<span class="omx-one">{formula},</span>' in joined
+    assert f'<span class="omx-one">{formula}).</span>' in joined
+    assert site.INLINE.sub("", joined) == joined, "the next build leaves it as it is"
+
+
 def test_a_robots_panel_says_what_is_missing_on_a_page():
     def shown(plain):
         data = {"text/html": '<div class="omx-panel"></div>', "text/plain": plain}
@@ -277,7 +297,7 @@ def test_what_two_scenes_hold_goes_to_the_sites_script_once(tmp_path, monkeypatc
     """The scenes of the kept runs give up their common objects, and nothing is lost."""
     shown = [View(omx.HOME), View(omx.ZERO)]
     shown[1].label("mine", "only here", (0, 0, 100))
-    outputs = [{"output_type": "display_data", "metadata": {}, "data": {"text/html": v.static_html(shared=True)}}
+    outputs = [{"output_type": "display_data", "metadata": {}, "data": {"text/html": v.page_html()}}
                for v in shown]  # fmt: skip
     notebook = normalise({"cells": [*chapter(), code("view", outputs=outputs)], "nbformat": 4})
     notebook["cells"][-1]["outputs"] = outputs  # the normaliser stores no scenes

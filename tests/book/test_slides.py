@@ -173,6 +173,9 @@ def test_code_on_a_slide_has_lines_that_fit_and_says_the_same():
 def test_code_may_be_cut_where_a_statement_begins():
     assert slide_code.beginnings(LONG) == {1}
     assert slide_code.beginnings("half of (") == set()
+    loop = "total = 0\nfor i in range(3):\n" + "    total += i\n" * 11
+    assert slide_code.beginnings(loop) == {1}  # short enough to stay whole
+    assert slide_code.beginnings(loop + "    total += i\n" * 2) == {1, *range(3, 15)}
     text = sections(markdown("## A"), code(LONG))
     assert text.count('class="line begins"') == 1
     assert text.count('class="line') == 6

@@ -35,3 +35,28 @@ def test_the_mat_is_drawn_in_millimetres_about_the_axis():
     for ring in re.finditer(r"M(\S+) (\S+) A(\d+)", MAT.read_text()):
         x, y, radius = map(float, ring.groups())
         assert ((x - x0) ** 2 + (y - y0) ** 2) ** 0.5 == pytest.approx(radius, abs=0.01)
+
+
+#: The 16 bits of the tags 0 to 9 of ArUco's dictionary 0 (4x4, 50 tags), row by row; 1 is white.
+TAGS = (0xB532, 0x0F9A, 0x332D, 0x9946, 0x549E, 0x79CD, 0x9E2E, 0xC4F2, 0xFEDA, 0xCF56)
+
+
+@pytest.mark.parametrize("number", range(len(TAGS)))
+def test_a_printed_tag_has_its_size_its_white_border_and_its_bits(number):
+    """OpenCV's own detector found all ten on the printed sheet, 40.0 and 20.0 mm wide."""
+    root = ElementTree.parse(MAT.with_name("tags.svg")).getroot()
+    assert (root.get("width"), root.get("height"), root.get("viewBox")) == ("210mm", "297mm", "0 0 210 297")
+    parts = list(root)
+    (path,) = (part for part in parts if part.get("id") == f"tag-{number}")
+    x, y, side = map(float, re.match(r"M(\S+) (\S+)h(\S+?)v", path.get("d")).groups())
+    assert side == (40 if number < 2 else 20)
+    border = parts[parts.index(path) - 1]
+    left, top, cut = (float(border.get(name)) for name in ("x", "y", "width"))
+    assert min(x - left, y - top, left + cut - x - side, top + cut - y - side) >= side / 6, "a white module all round"
+    assert number < 2 or cut == 30, "as wide as a cube"
+    bits = 0
+    for cell_x, cell_y in re.findall(r"zM(\S+) (\S+?)h", path.get("d")):
+        column, row = (6 * (float(at) - start) / side - 1 for at, start in ((cell_x, x), (cell_y, y)))
+        assert (column, row) == pytest.approx((round(column), round(row)), abs=0.01)
+        bits |= 1 << (15 - 4 * round(row) - round(column))
+    assert bits == TAGS[number]

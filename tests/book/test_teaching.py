@@ -2,11 +2,15 @@
 
 import re
 
+import numpy as np
 import pytest
 
+import omx
 from book.chapters import normalise
 from book.publish import teaching
 from book.setup.paths import ROOT
+from omx.hardware.log import read_log
+from omx.hardware.simulator import SteppedClock, VirtualArm, VirtualPort, World, cube
 from tests.helpers.chapter import chapter
 
 FOUND = {found.name: found for found in teaching.chapters()}
@@ -92,3 +96,42 @@ def test_an_afternoon_gives_every_group_both_labs_and_the_arms_a_pause():
     assert sorted(turns) == [(group, chapter) for group in "ABCD" for chapter in ("10", "11")]
     for start, end, *cells in [(*span, *row[1:]) for span, row in zip(spans, rows[2:], strict=True)]:
         assert end - start == 35 or not re.search("chapter", cells[0])
+
+
+def test_the_program_for_the_lab_does_and_logs_what_the_page_says(tmp_path, monkeypatch):
+    """The page's own lines on the virtual arm: their times, and what the page says of each column of the log."""
+    page = (ROOT / "book/teach/labs.md").read_text(encoding="utf-8")
+    program = re.search(r"```python\n(import numpy.*?)```", page, re.DOTALL)[1]
+    arm = VirtualArm(q=omx.HOME)
+    world = World(arm, [cube("red", (125, 85), yaw_deg=34)])
+    names = {"PORT": VirtualPort(arm, SteppedClock())}
+    monkeypatch.chdir(tmp_path)
+    exec(program.replace('Robot("auto")', "Robot(PORT)"), names)
+    robot, now = names["robot"], names["robot"].clock.now
+    robot.write_motor_state(True)
+    robot.move_to(np.degrees(omx.HOME))
+    times = [now()]
+    with names["Recorder"]("pick-1.csv", names["COLUMNS"]) as recorder:
+        for act in (names["pick"], names["put"]):
+            act((125, 85), recorder)
+            times.append(now())
+    robot.park()
+    told = re.search(r"a pick takes (\S+) s, a put (\S+) s, parking (\S+) s", page).groups()
+    assert np.diff([*times, now()]) == pytest.approx([float(seconds) for seconds in told], abs=0.35)
+    assert np.linalg.norm(world["red"].at - [125, 85, 15]) < 2
+    assert world["red"].standing
+    t, x, y, z, i2, opening, force = read_log(tmp_path / "pick-1-2.csv").array(*names["COLUMNS"]).T
+    low, held = z < 60, opening < 35
+    assert opening[[0, -1]] == pytest.approx(60.0, abs=0.1)
+    assert opening[held] == pytest.approx(29.9, abs=0.1)
+    assert force[held] == pytest.approx(10.0, abs=0.5)
+    assert max(np.ptp(x[low]), np.ptp(y[low])) < 1
+    assert z.min() == pytest.approx(38.6, abs=0.1)
+    steps = np.diff(t)
+    assert np.median(steps) == pytest.approx(0.04)
+    assert np.count_nonzero(steps > 0.5) == 2
+    falls = np.gradient(z) < 0
+    at_60 = [abs(z - 60) + 1e3 * ~way for way in (falls & ~held, falls & held, ~falls & held)]
+    empty, down, up = (i2[gap.argmin()] for gap in at_60)
+    assert empty - down == pytest.approx(16, abs=3)
+    assert down - up == pytest.approx(110, abs=10)

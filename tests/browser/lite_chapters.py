@@ -13,7 +13,7 @@ import pytest
 from book.chapters import cells, normalise, runs
 from book.publish import lite
 from tests.browser.weblook import served
-from tests.helpers.lite import chapter, run_all
+from tests.helpers.lite import chapter, run_all, texts
 
 DIFFERENCES = json.loads(Path(__file__).with_name("lite_differences.json").read_text(encoding="utf-8"))
 CHAPTERS = [path.name for path in runs.chapters()]
@@ -61,9 +61,3 @@ def failures(code):
 
 def differs(here, there):
     return "nbval-ignore-output" not in cells.tags(there) and texts(here) != texts(there)
-
-
-def texts(cell):
-    """What of a cell's outputs is stored, without the numbers of cells."""
-    kept = normalise.clean_outputs(json.loads(json.dumps(cell["outputs"])))
-    return [{key: value for key, value in output.items() if key != "execution_count"} for output in kept]

@@ -82,7 +82,7 @@ class NotebookPage:
         while not (self.kernel and self.kernel["execution_state"] == "idle"):
             if time.monotonic() > deadline:
                 raise TimeoutError(f"the kernel of {self.path.name} is busy after {RUN_TIMEOUT_S} s")
-            self.page.wait_for_timeout(200)
+            self.page.wait_for_timeout(400)
         idle = f"{SHOWN} .jp-Notebook-ExecutionIndicator[data-status=idle]"
         self.page.locator(idle).first.wait_for(timeout=60_000, state="attached")
         self.page.wait_for_timeout(300)

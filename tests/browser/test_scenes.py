@@ -253,6 +253,25 @@ def test_a_scene_is_saved_as_one_page_that_needs_no_notebook(open_page, notebook
     alone.close()
 
 
+#: Rules of axe that JupyterLab itself breaks, outside of our outputs; `book/accessibility.md` lists them.
+JUPYTERLABS_OWN = {"aria-allowed-attr", "aria-input-field-name", "aria-required-children"}
+PANELS = """from omx import DHRow, JointPanel, LiveFigure, PosePanel, Robot, RobotPanel, RowPanel
+from IPython.display import display
+figure = LiveFigure("cloud", {"sigma (deg)": (0, 1, 0.5, 0.1)}, "Tips", draws=[[0, 1, 0, 0]])
+for panel in (JointPanel(), PosePanel(), RowPanel(DHRow(0, 77, 0, -1.57)), RobotPanel(Robot(), watch=False), figure):
+    display(panel)"""
+
+
+def test_axe_finds_nothing_serious_in_the_panels_of_a_notebook(open_page, notebook):
+    """What JupyterLab and its own widgets bring is in `book/accessibility.md`: all else is ours."""
+    page = open_page(notebook(PANELS))
+    page.run_all()
+    page.page.locator(".omx-panel[data-kind=figure]").wait_for()
+    assert serious(page.page, ".jp-OutputArea") == []
+    assert {found.split(":")[0] for found in serious(page.page)} <= JUPYTERLABS_OWN
+    assert not page.errors
+
+
 LIVE = """import numpy as np
 from omx import LiveFigure
 sliders = {"sigma (deg)": (0.05, 1, 0.5, 0.05), "q2 (deg)": (-80, 80, 0), "q3 (deg)": (-80, 80, 0)}

@@ -20,6 +20,11 @@ def window():
     return 1280, 860
 
 
+@pytest.fixture(scope="module")
+def motion():
+    return "reduce"  # films stand until a test starts them: software draws them all the time
+
+
 def pages():
     """Every page's path; the chapters and what stands in book/."""
     root = site.ROOT
@@ -37,7 +42,7 @@ def name_of(path):
 
 @pytest.fixture(scope="module", params=CHAPTERS)
 def chapter(request, context, home):
-    """A chapter's page, its formulas typeset: opened once for all tests that ask for it."""
+    """A chapter's page, its formulas typeset: opened once for all tests that ask for it, which come in this order."""
     with Look(context, home) as look:
         yield look.open(request.param).settle()
 
@@ -66,6 +71,31 @@ def test_a_page_loads_whole_is_light_stays_at_home_and_loses_nothing_at_four_hun
 
 def test_a_chapter_loads_whole_is_light_and_stays_at_home(chapter):
     is_whole_and_light(chapter)
+
+
+def test_every_play_is_reached_by_tab_and_works_by_keys(chapter):
+    """All that can be moved on a chapter's page can be focused, is named, and answers the arrow keys or Enter."""
+    for panel in chapter.page.locator(".omx-panel").all():
+        for control in panel.locator("input, button").all():
+            control.focus()
+            assert control.evaluate("(c) => c === document.activeElement && c.tabIndex === 0")
+            assert control.evaluate("(c) => c.ariaLabel || c.textContent")
+    for slider in chapter.page.locator(".omx-panel input[type=range]").all():
+        before = slider.input_value()
+        slider.press("ArrowRight" if before != slider.get_attribute("max") else "ArrowLeft")
+        assert slider.input_value() != before
+    for box in chapter.page.locator(".omx-scene[data-scene]").all()[:1]:
+        box.focus()  # where Tab comes to a scene that is not loaded yet
+        frame = chapter.scene(box)
+        chapter.page.keyboard.press("Tab")
+        chapter.page.wait_for_function("document.activeElement.tagName === 'IFRAME'")
+        assert frame.locator("canvas").get_attribute("tabindex") == "0"
+        if frame.evaluate("omxScene.viewer.animator.actions.length"):
+            play = frame.get_by_role("button", name="Play or pause")
+            playing = frame.evaluate("omxScene.viewer.animator.playing")
+            play.press("Enter")
+            assert frame.evaluate("omxScene.viewer.animator.playing") != playing
+    assert chapter.problems == []
 
 
 def test_a_chapter_shows_formulas_scenes_and_no_dead_widget(chapter):

@@ -55,7 +55,7 @@ def with_panels(folder, *panels):
     style = f"<style>{(page_scripts.ROOT / 'book/static/house.css').read_text(encoding='utf-8')}</style>"
     names = ("omx-view.js", "omx-kinematics.js", "omx-panels.js")
     scripts = "".join(f'<script src="{name}" defer></script>' for name in names)
-    return write(folder, *(panel.static_html(shared=True) for panel in panels), script=style + scripts)
+    return write(folder, *(panel.page_html() for panel in panels), script=style + scripts)
 
 
 def frames(page, count):
@@ -108,7 +108,7 @@ def test_the_picture_for_paper_shows_what_the_viewer_shows(show, tmp_path):
     view = View((0.5, -0.6, 0.4, 0.5))
     page, _ = show(write(tmp_path, view.static_html()))
     (frame,) = frames(page, 1)
-    seen = image_of(frame.evaluate("omxScene.capture()"))
+    seen = image_of(frame.evaluate("omxScene.picture(1)"))
     size = seen.shape[:2]
     drawn = np.asarray(Image.open(io.BytesIO(poster(view.channel.log, *size))).convert("RGB"), float)
     one, two = (image.max(axis=2) < 130 for image in (seen, drawn))
@@ -128,7 +128,7 @@ def test_scenes_share_one_script_and_wait_for_the_reader(show, tmp_path):
     write_site_script(tmp_path)
     gap = '<div style="height:4000px"></div>'
     path = write(
-        tmp_path, View().static_html(shared=True), gap, View(omx.ZERO).static_html(shared=True),
+        tmp_path, View().page_html(), gap, View(omx.ZERO).page_html(),
         script='<script src="omx-view.js" defer></script>',
     )  # fmt: skip
     page, asked = show(path)
@@ -262,7 +262,7 @@ def drawn(frame, joints=4):
 
 
 def opened(show, folder, view):
-    path = write(folder, view.static_html())
+    path = write(folder, getattr(view, "view", view).static_html())
     page, _ = show(path)
     (frame,) = frames(page, 1)
     return page, frame
@@ -626,7 +626,7 @@ def test_a_robots_arm_stays_where_the_robot_is_when_its_link_is_pulled(show, tmp
     """Only a ghost obeys, and the page is told where it stands."""
     start = (0.3, -0.4, 0.4, 0.5)
     panel = JointPanel(View(start))
-    panel.on_command = lambda q: None
+    panel.command_a_ghost()
     page, frame = opened(show, tmp_path, panel)
     page.evaluate("window.told = []; window.addEventListener('message', ({ data }) => told.push(data))")
     grabbed = where(page, frame, (omx.frames(start)[3] @ [-40, 0, 0, 1])[:3])

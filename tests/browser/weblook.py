@@ -125,7 +125,7 @@ def serious(page, where="body"):
 
 def picture(frame):
     """What a scene shows, as an array (rows, columns, 3)."""
-    return image_of(frame.evaluate("omxScene.capture()"))
+    return image_of(frame.evaluate("omxScene.picture(1)"))
 
 
 def image_of(url):

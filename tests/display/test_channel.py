@@ -209,13 +209,3 @@ def test_what_a_channel_cannot_do_it_says(channel):
     for ask in (vis.open, vis.wait, vis.get_image):
         with pytest.raises((NotImplementedError, AttributeError)):
             ask()
-
-
-def test_closing_keeps_the_scene(channel):
-    page = Page(channel)
-    write(channel, "set_transform", "/meshcat/a", 1)
-    channel.close()
-    write(channel, "set_transform", "/meshcat/a", 2)
-    channel.flush()
-    assert len(page.messages) == 2
-    assert umsgpack.unpackb(channel.log["set_transform", "/meshcat/a", ""])["matrix"][0] == 2

@@ -8,10 +8,9 @@ import re
 import struct
 
 import pytest
-import umsgpack
 
 import omx
-from omx.display.viewer import RowView, View, html_export, write_site_script
+from omx.display.viewer import View, html_export, write_site_script
 from omx.display.viewer.assets import packed, viewer_source
 
 
@@ -95,7 +94,7 @@ def test_visualizer_static_html_is_a_whole_page(view):
 
 def shared(view):
     """The rows of a placeholder's scene, and its objects by name."""
-    placeholder = view.static_html(shared=True)
+    placeholder = view.page_html()
     scene, objects = (re.search(rf'data-{name}="([^"]*)"', placeholder)[1] for name in ("scene", "objects"))
     return take_apart(scene), html_export.unpacked_objects(objects)
 
@@ -104,7 +103,7 @@ def test_a_placeholder_holds_its_scene_and_names_its_objects_by_content():
     view = View((0.1, 0.2, 0.3, 0.4))
     view.ghosts([omx.HOME, omx.ZERO])
     scene, objects = shared(view)
-    assert {key: objects.get(data, data) for key, data in scene if len(key) == 3} == view.channel.log
+    assert {key: objects.get(data, data) for key, data in scene} == view.channel.log
     assert all(html_export.name_of(data) == name for name, data in objects.items())
     other = shared(View((0.3, 0.2, 0.1, 0.0)))[1]
     assert other.keys() < objects.keys(), "another pose is the same arm"
@@ -118,24 +117,6 @@ def test_the_sites_script_holds_what_it_is_given(tmp_path):
     assert html_export.unpacked_objects(values["stock"]) == objects
 
 
-def nightly(view):
-    """The commands of a shared scene for a dark theme."""
-    scene, objects = shared(view)
-    return {key[:3]: objects.get(data, data) for key, data in scene if key[3:] == ("night",)}
-
-
-@pytest.mark.parametrize("view", [View(), RowView((1.2, 90, 110, 0.9)), View.of_chain(omx.COURSE.chain)])
-def test_a_shared_scene_carries_its_night(view):
-    """What a page with a dark theme puts on top is the ground and the sky, and both are dark."""
-    night = nightly(view)
-    before = view.channel.log
-    assert {key[:2] for key in night} == {("set_object", "/meshcat/ground"), ("set_property", "/Background")}
-    assert all(before[key] != data for key, data in night.items())
-    sky = "set_property", "/Background", "top_color"
-    assert max(umsgpack.unpackb(night[sky])["value"]) < 0.4
-    assert min(umsgpack.unpackb(before[sky])["value"]) > 0.9
-
-
 def test_a_site_script_is_written_in_place_of_an_old_one(tmp_path):
     assert write_site_script(tmp_path).read_bytes() == write_site_script(tmp_path).read_bytes()
 
@@ -143,14 +124,13 @@ def test_a_site_script_is_written_in_place_of_an_old_one(tmp_path):
 # ---- in cells ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("mode", "mark"), [("static", "<iframe"), ("shared", 'class="omx-scene"')])
-def test_a_cell_shows_html_where_a_page_is_built(monkeypatch, mode, mark):
-    monkeypatch.setenv("OMX_VIEW", mode)
+def test_a_cell_shows_html_where_a_page_is_built(monkeypatch):
+    monkeypatch.setenv("OMX_VIEW", "shared")
     view = View()
     data = view._repr_mimebundle_()
     assert set(data) == {"text/plain", "text/html"}
     assert data["text/plain"] == repr(view)
-    assert mark in data["text/html"]
+    assert 'class="omx-scene"' in data["text/html"]
     assert view._widget is None
 
 

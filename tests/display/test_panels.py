@@ -4,7 +4,6 @@ import asyncio
 import html
 import math
 import re
-import time
 
 import numpy as np
 import pytest
@@ -13,9 +12,9 @@ from hypothesis import strategies as st
 
 import omx
 from omx.display.panels import JointPanel, PosePanel, tables, terms
-from omx.display.panels.panel import Latest
+from omx.display.panels.panel import Later
 from omx.display.viewer import View
-from tests.helpers.scenes import Clock, Page, decoded, placed
+from tests.helpers.scenes import Clock, Page, decoded, objects, placed
 
 SLIDER = omx.Chain([omx.DHRow(0, 50, 0, 1.0), omx.DHRow(0, 20, 0, 0, prismatic=True)], limits=[(-1, 1), (5, 60)])
 
@@ -23,12 +22,6 @@ SLIDER = omx.Chain([omx.DHRow(0, 50, 0, 1.0), omx.DHRow(0, 20, 0, 0, prismatic=T
 def text_of(box):
     """The words of an HTML box."""
     return html.unescape(re.sub(r"<[^>]*>", " ", box.value)).replace("\u2212", "-")
-
-
-def settle(panel):
-    """Let what the panel still has to say be said."""
-    panel._tell.flush()
-    panel._tell._due = 0.0
 
 
 # ---- joints --------------------------------------------------------------------------------------------
@@ -72,7 +65,6 @@ def test_a_slider_moves_the_arm_and_tells_the_pose():
     panel.sliders[0].value = 90
     assert panel.q == panel.view.q == (math.pi / 2, 0, 0, 0)
     np.testing.assert_allclose(placed(panel.view.channel, "/meshcat/arm/4"), omx.fk(panel.q), atol=1e-9)
-    settle(panel)
     panel.sliders[1].value = 10
     numbers = text_of(panel._text)
     _, y, z, pitch = omx.pose(panel.q)
@@ -166,67 +158,42 @@ def test_a_flood_of_slider_events_costs_few_messages():
     assert panel.q[0] == pytest.approx(math.radians(99.9))
 
 
-def test_latest_passes_the_newest_on_and_never_loses_the_last():
+def test_numbers_are_written_once_for_many_moves_and_after_them():
     async def flood():
-        heard = []
-        latest = Latest(heard.append, 0.02)
-        for value in range(50):
-            latest(value)
-            await asyncio.sleep(0.001)
-        await asyncio.sleep(0.05)
-        return heard
+        moves, written = [], []
+        later = Later(lambda: written.append(len(moves)), 0.01)
+        for k in range(50):
+            moves.append(k)
+            later()
+        at_once = list(written)
+        await asyncio.sleep(0.1)
+        return at_once, written
 
-    began = time.monotonic()
-    heard = asyncio.run(flood())
-    assert heard[0] == 0
-    assert heard[-1] == 49
-    assert 0.02 * (len(heard) - 2) < time.monotonic() - began
-    assert heard == sorted(heard)
-
-
-def test_latest_lets_urgent_messages_go_first():
-    async def one():
-        heard = []
-        Latest(heard.append, 0.01, eager=False)(1)
-        before = list(heard)
-        await asyncio.sleep(0.05)
-        return before, heard
-
-    assert asyncio.run(one()) == ([], [1])
+    assert asyncio.run(flood()) == ([], [50])
+    written = []
+    Later(lambda: written.append(1), 10.0)()
+    assert written == [1], "nothing could call later"
 
 
-def test_latest_without_an_event_loop_passes_everything_on():
-    heard = []
-    latest = Latest(heard.append, 10.0)
-    for value in range(3):
-        latest(value)
-    assert heard == [0, 1, 2]
+# ---- commands that are a ghost alone ---------------------------------------------------------------------
 
 
-# ---- the way out for commands --------------------------------------------------------------------------
-
-
-def test_commands_go_out_and_are_shown_as_a_ghost():
+def test_commands_are_shown_as_a_ghost():
     """With a real arm the command is a ghost, and the solid arm stands where the arm reports that it is."""
     panel = JointPanel(q=omx.ZERO)
-    sent = []
-    panel.on_command = sent.append
+    panel.command_a_ghost()
     panel.sliders[0].value = 30
-    assert sent == [panel.q]
     assert panel.view.q == omx.ZERO
     np.testing.assert_allclose(placed(panel.view.channel, "/meshcat/ghosts/0/4"), omx.fk(panel.q), atol=1e-9)
-    panel.show((0.1, 0, 0, 0))
-    assert panel.view.q == (0.1, 0, 0, 0)
+    panel.view.q = (0.1, 0, 0, 0)
     assert panel.q[0] == pytest.approx(math.radians(30)), "what is measured changes no command"
-    assert sent == [panel.q]
 
 
-def test_a_pose_panel_sends_its_solution_the_same_way():
+def test_a_pose_panel_shows_its_solution_the_same_way():
     panel = PosePanel()
-    sent = []
-    panel.on_command = sent.append
+    panel.command_a_ghost()
     panel.pose = (200, 0, 200, 0)
-    assert sent == [omx.solve_ik((200, 0, 200, 0), omx.HOME).q]
+    assert panel.q == omx.solve_ik((200, 0, 200, 0), omx.HOME).q
     assert panel.view.q == omx.HOME
 
 
@@ -270,8 +237,9 @@ def test_out_of_reach_says_how_much_is_missing():
     with pytest.raises(omx.Unreachable) as caught:
         omx.solve_ik((600, 0, 204, 0))
     assert f"{caught.value.missing:.3f} mm are missing" in panel.message
+    panel.branch = "front, elbow up"
+    assert f"{caught.value.missing:.3f} mm are missing" in panel.message
     assert panel.message.startswith("The arm stays.")
-    settle(panel)
     assert panel.message in text_of(panel._notice)
     assert text_of(panel._text).count("out of reach") == 4
 
@@ -293,7 +261,6 @@ def test_each_branch_has_its_ghost_and_its_verdict():
         if solution.reachable and solution.branch != chosen.branch:
             T = placed(panel.view.channel, f"/meshcat/ghosts/{k}/4")
             np.testing.assert_allclose(T, omx.fk(solution.q), atol=1e-9)
-    settle(panel)
     panel._write()
     table = text_of(panel._text)
     for solution in solutions:
@@ -363,18 +330,16 @@ def test_a_dragged_tool_moves_view_and_sliders(kind):
         assert "out of reach" in shown.message
 
 
-def test_a_panel_with_a_command_drags_a_ghost_alone():
-    """A robot's solid arm stands where the robot is: the page is told, and the command goes its own way."""
-    panel, commands = JointPanel(), []
+def test_where_commands_are_a_ghost_it_alone_is_dragged():
+    """A robot's solid arm stands where the robot is: the page is told."""
+    panel = JointPanel()
     before = panel.view.q
-    panel.on_command = commands.append
+    panel.command_a_ghost()
     told = decoded(panel.view.channel)[("set_property", "/meshcat/arm", "follows")]
     assert told["value"] is False
     q = drag(panel.view, REACHED)
-    assert commands[-1] == pytest.approx(q)
+    assert panel.q == pytest.approx(q)
     assert panel.view.q == before
-    panel.on_command = None
-    assert decoded(panel.view.channel)[("set_property", "/meshcat/arm", "follows")]["value"] is True
 
 
 # ---- what a cell shows ---------------------------------------------------------------------------------
@@ -390,8 +355,8 @@ def test_a_panel_shows_a_widget_or_html(kind, monkeypatch):
     panel = kind()
     data = panel._repr_mimebundle_()
     assert data["application/vnd.jupyter.widget-view+json"]["model_id"] == panel.model_id
-    monkeypatch.setenv("OMX_VIEW", "static")
-    assert "<iframe" in kind()._repr_mimebundle_()["text/html"]
+    monkeypatch.setenv("OMX_VIEW", "shared")
+    assert 'class="omx-panel"' in kind()._repr_mimebundle_()["text/html"]
 
 
 def test_numbers_are_written_without_minus_zero():
@@ -421,24 +386,26 @@ def test_the_terms_of_r_and_z_are_those_of_the_chapter_and_add_up(q):
     assert sum(shares["z"]) == pytest.approx(z, abs=1e-9)
 
 
-def test_a_slider_changes_the_terms_and_a_row_shows_its_frame_beside_those_of_the_reader():
+@pytest.mark.parametrize("times", [1, 2])
+def test_a_slider_changes_the_terms_and_a_row_shows_its_frame_beside_those_of_the_reader(times):
     view = View()
     view.frames(0)
-    panel = JointPanel(view, terms=True)
-    settle(panel)
+    for _ in range(times):
+        panel = JointPanel(view, terms=True)
     before = text_of(panel._text)
     panel.sliders[3].value = -30
-    settle(panel)
     after = text_of(panel._text)
     assert "L4 cos(q2 + q3 + q4)" in after
     assert [a == b for a, b in zip(before.split("="), after.split("="), strict=False)].count(False) >= 2
-    panel._terms.lit = 3
-    assert view.shown_frames == (0, 3)
-    panel._terms.lit = 0
-    assert view.shown_frames == (0,)
-    page = panel.static_html(shared=True)
-    assert "data-poster" in page
-    assert view.shown_frames == (0,), "what the page needs is gone from the notebook's scene"
+
+    def seen():
+        commands = decoded(view.channel)
+        return [i for i in range(5) if commands["set_property", f"/meshcat/frames/{i}", "visible"]["value"]]
+
+    for lit, frames in ((3, [0, 3]), (0, [0])):
+        panel._terms.lit = lit
+        assert seen() == frames
+    assert objects(view.channel, "/meshcat/frames") == {f"/meshcat/frames/{i}" for i in range(5)}, "a page shows them"
 
 
 def test_the_line_along_a_link_ends_where_its_joints_are():

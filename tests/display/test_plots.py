@@ -20,12 +20,12 @@ SQUARE = np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
 GRID = np.linspace(0, 1, 5)
 PICTURES = {
     "planar": lambda: plots.planar([ARM, -ARM], ["one", "other"], angles=True, target=(1, 1), path=ARM),
-    "side_view": lambda: plots.side_view(Q, omx.HOME, labels=["here", "home"], target=(200, 100)),
+    "side_view": lambda: plots.side_view(Q, omx.HOME, target=(200, 100)),
     "branches": lambda: plots.side_view(*omx.ik([150, 0, 200, 0])),
     "curves": lambda: plots.curves(GRID, {"a": GRID, "b": -GRID}, "q3 (deg)", "det (mm^3)", marks=[(0.5, "half")]),
     "one curve": lambda: plots.curves(GRID, {"": GRID}, "t (s)", "q1 (deg)"),
     "cloud": lambda: plots.cloud(np.random.default_rng(0).normal(size=(500, 3)), alt="A ball of points"),
-    "plane": lambda: plots.plane([SQUARE, 0.5 * SQUARE], arcs=[ARM], points=ARM),
+    "plane": lambda: plots.plane([SQUARE, 0.5 * SQUARE], arcs=[ARM]),
     "plane_map": lambda: plots.plane_map(GRID, GRID, np.add.outer(GRID, GRID), "share (%)", [0.2 + 0.1 * SQUARE]),
 }
 
@@ -225,9 +225,11 @@ def test_a_cloud_has_one_scale_and_no_numbers_in_its_corners():
         plots.cloud,
         plots.planar,
         lambda value: plots.planar([value]),
-        lambda value: plots.plane(points=value),
+        lambda value: plots.plane(arcs=[value]),
         lambda value: plots.curves(GRID, value, "x", "y"),
         lambda value: plots.curves([], {"a": value}, "x", "y"),
+        plots.side_view,
+        lambda value: plots.side_view(omx.HOME, value),
     ],
 )
 def test_what_cannot_be_drawn_is_named(draw, wrong):

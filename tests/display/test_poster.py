@@ -51,7 +51,7 @@ def test_what_is_hidden_or_gone_is_not_drawn():
     both = changed(alone, drawn(view)).sum()
     view.ghosts([(1.2, 0.2, 0.2, 0.2)])
     assert 300 < changed(alone, drawn(view)).sum() < 0.8 * both
-    view.clear()
+    view.ghosts([])
     assert not changed(alone, drawn(view)).any()
 
 

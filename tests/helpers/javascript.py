@@ -22,6 +22,15 @@ def in_node(expression, arguments, more=""):
     return json.loads(done.stdout)
 
 
+def assert_javascript(path):
+    """Node reads a module and has nothing against it."""
+    if NODE is None:
+        pytest.skip("node is not on this machine")
+    module = shutil.copy(path, path.with_suffix(".mjs"))
+    done = subprocess.run([NODE, "--check", module], capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stderr
+
+
 def flat(value):
     """All numbers of nested lists, in order."""
     return [number for item in value for number in flat(item)] if isinstance(value, (list, tuple)) else [value]

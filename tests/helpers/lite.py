@@ -1,7 +1,9 @@
 """A chapter opened in the built JupyterLite, in a browser that reaches nothing but this machine."""
 
+import json
 from contextlib import contextmanager
 
+from book.chapters import normalise
 from tests.browser.conftest import FLAGS
 
 #: Nothing but this machine has an address.
@@ -12,10 +14,11 @@ IDLE = """() => {
   const panel = window.jupyterapp?.shell.currentWidget;
   return panel?.sessionContext?.session?.kernel?.status === "idle" && panel.content.model.cells.length > 3;
 }"""
-RUN_ALL = """async () => {
+SHOWN = "jupyterapp.shell.currentWidget.content.model.toJSON()"
+RUN_ALL = f"""async () => {{
   await jupyterapp.commands.execute("notebook:run-all-cells");
-  return jupyterapp.shell.currentWidget.content.model.toJSON();
-}"""
+  return {SHOWN};
+}}"""
 
 
 @contextmanager
@@ -31,7 +34,7 @@ def chapter(playwright, chromium, home, name):
     tab.on("pageerror", lambda error: tab.complaints.append(str(error)))
     tab.on("console", lambda message: message.type == "error" and tab.complaints.append(message.text))
     tab.goto(f"{home}lab/index.html?path={name}")
-    tab.wait_for_function(IDLE)
+    tab.wait_for_function(IDLE, polling=250)
     tab.ready_s = tab.evaluate("performance.now() / 1e3")
     try:
         yield tab
@@ -43,6 +46,12 @@ def run_all(tab):
     """Run every cell; the cells with their outputs, and how long it took, s."""
     cells = tab.evaluate(RUN_ALL)["cells"]
     return cells, tab.evaluate("performance.now() / 1e3") - tab.ready_s
+
+
+def texts(cell):
+    """What of a cell's outputs is stored, without the numbers of cells."""
+    kept = normalise.clean_outputs(json.loads(json.dumps(cell["outputs"])))
+    return [{key: value for key, value in output.items() if key != "execution_count"} for output in kept]
 
 
 def python(tab, code):

@@ -14,7 +14,7 @@ import omx
 from omx.analysis.accuracy import TICK_SIGMA, binomial_interval
 from omx.hardware.robot import Robot
 from omx.hardware.simulator import SteppedClock, VirtualArm, VirtualPort, World, cup
-from omx.hardware.simulator.encoder import Encoder
+from omx.hardware.simulator.joint import Encoder
 
 PICKS = int(os.environ.get("OMX_PICKS", "10"))
 #: What the arms and whoever puts the cup on its mark are good for (deg, mm), and the cup (mm).

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from omx.arm import ARM_IDS, JOINT_IDS
 from omx.hardware.dynamixel import units
 from omx.hardware.dynamixel.bus import Bus
+from omx.hardware.dynamixel.packet import Reader
 from omx.hardware.dynamixel.registers import MODES
 from omx.hardware.simulator import SteppedClock, VirtualArm, VirtualPort
 
@@ -19,6 +20,11 @@ def rig(timed=False, latency_s=0.0, **arm):
     virtual, clock = VirtualArm(**arm), SteppedClock()
     with Bus(VirtualPort(virtual, clock, timed=timed, latency_s=latency_s)) as bus:
         yield bus, virtual, clock
+
+
+def parse(frame):
+    """The first packet in `frame`, or None."""
+    return next(iter(Reader().feed(frame)), None)
 
 
 def stiffen(bus, seconds=1.0, mode="position", ids=ARM_IDS):

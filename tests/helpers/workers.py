@@ -11,9 +11,7 @@ from xdist.scheduler import LoadFileScheduling
 
 #: By what they share, in this order: the built pages and decks in one browser, one JupyterLab in another.
 TOGETHER = {
-    "site": re.compile(
-        r"tests/book/test_site|tests/browser/test_(site|slides|accessibility|static_pages|lite|edit_line)\b"
-    ),
+    "site": re.compile(r"tests/book/test_site|tests/browser/test_(site|slides|accessibility|lite|edit_line)\b"),
     "lab": re.compile(r"tests/browser/"),
 }
 

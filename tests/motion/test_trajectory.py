@@ -2,12 +2,10 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import omx
 from omx.errors import BadInput, JointLimit, PathBlocked, Unreachable
-from omx.motion.trajectory import cubic, joint_move, joint_path, joint_spline, line, quintic, trapezoid
+from omx.motion.trajectory import cubic, joint_move, line, quintic, trapezoid
 
 SCALINGS = {"cubic": cubic, "quintic": quintic, "trapezoid": trapezoid(0.2), "triangle": trapezoid(0.5)}
 
@@ -58,16 +56,6 @@ def test_velocities_integrate_to_the_way(scaling):
     move = joint_move(omx.ZERO, [1.0, -0.5, 0.25, 0.75], 3.0, scaling, rate=1000)
     way = np.trapezoid(move.qd, move.t, axis=0)
     np.testing.assert_allclose(way, [1.0, -0.5, 0.25, 0.75], atol=2e-6)
-
-
-def test_a_joint_path_rests_at_every_waypoint():
-    stops = np.array([omx.ZERO, omx.HOME, (0.3, 0.2, 0.1, 0.0)])
-    path = joint_path(stops, [1.0, 2.0])
-    assert path.seconds == pytest.approx(3.0)
-    for stop, moment in zip(stops, (0.0, 1.0, 3.0), strict=True):
-        i = int(np.abs(path.t - moment).argmin())
-        np.testing.assert_allclose(path.q[i], stop, atol=1e-12)
-        np.testing.assert_allclose(path.qd[i], 0, atol=1e-12)
 
 
 def test_a_point_to_point_move_is_not_a_straight_line_of_the_tool_but_line_is():
@@ -145,7 +133,6 @@ def test_seconds_must_be_positive(seconds):
         (lambda: line(omx.HOME, (200, 0, 150, 0), 1, limits=None), "`limits` must be 4 pairs"),
         (lambda: line(omx.HOME, (200, 0, 150, 0), 1, geometry=omx.HOME), "`geometry` must be a Geometry"),
         (lambda: line(omx.HOME, (200, 0, 150, 0), 1, max_speed=-1), "`max_speed`"),
-        (lambda: joint_path([omx.ZERO] * 3, [1, 2, 3]), "one for each of the 2 legs; got 3"),
         (lambda: joint_move(omx.ZERO, omx.HOME, 2, trapezoid), r"write `trapezoid\(\)`"),
         (lambda: joint_move(omx.ZERO, omx.HOME, 2, len), "`scaling` must turn"),
         (lambda: joint_move(omx.ZERO, omx.HOME, 2, rate=float("inf")), "`rate`"),
@@ -163,27 +150,3 @@ def _distance_to_line(poses):
     points = poses[:, :3] - poses[0, :3]
     way = points[-1] / np.linalg.norm(points[-1])
     return np.linalg.norm(points - np.outer(points @ way, way), axis=1).max()
-
-
-@settings(deadline=None, max_examples=50)
-@given(st.lists(st.tuples(*[st.floats(-2, 2)] * 4, st.integers(1, 3)), min_size=2, max_size=6))
-def test_a_spline_passes_every_waypoint_without_stopping_and_rests_at_both_ends(rows):
-    waypoints, legs = np.array(rows)[:, :4], [leg for *_, leg in rows][1:]
-    path = joint_spline(waypoints, legs, rate=100)
-    knots = np.concatenate([[0], np.cumsum(legs)]) * 100
-    np.testing.assert_allclose(path.q[knots], waypoints, atol=1e-9)
-    np.testing.assert_allclose(path.qd[[0, -1]], 0.0, atol=1e-9)
-    # cubics: the next sample follows from this one, across the waypoints too, where only the jerk jumps
-    jerk = np.abs(np.diff(path.qdd, axis=0)).max() * 100 + 1e-9
-    ahead = path.q[:-1] + path.qd[:-1] / 100 + path.qdd[:-1] / 2e4
-    assert np.abs(path.q[1:] - ahead).max() <= jerk / 6e6 * 1.01
-    assert jerk <= 100 * np.abs(waypoints).max() + 1e-6  # no leap of the acceleration: that would be 100 times as much
-
-
-def test_a_spline_does_not_stop_where_a_joint_path_does():
-    stops = [[0, -0.5, 0.2, 0.1], [0.5, -0.4, 0.2, 0.1], [1.0, -0.5, 0.2, 0.1]]
-    assert abs(joint_spline(stops, 1.0).qd[100, 0]) > 0.4
-    assert abs(joint_path(stops, 1.0).qd[100, 0]) < 1e-9
-    for wrong in ([1.0, -1.0], float("nan"), 0.0):
-        with pytest.raises(BadInput):
-            joint_spline(stops, wrong)

@@ -4,6 +4,7 @@
 tells how much choice is left; it is measured on evenly spaced pitches, so a very narrow choice can show as 0.
 """
 
+import warnings
 from typing import NamedTuple
 
 import numpy as np
@@ -16,8 +17,8 @@ from ...geometry import COURSE, Geometry
 from ...kinematics import ik_batch
 from .section import centres, section
 
-#: Poses solved in one go, to bound the memory.
-POSES = 1 << 18
+#: Poses solved in one go, to bound the memory; from how many on a map takes so long that it says so.
+POSES, MANY = 1 << 18, 30_000_000
 
 
 class PitchMap(NamedTuple):
@@ -42,17 +43,18 @@ class BranchMap(NamedTuple):
 
 
 def pitch_map(step: float = 10.0, pitches: int = 120, geometry: Geometry = COURSE, limits=LIMITS, *,
-              allowed=None, progress=None) -> PitchMap:  # fmt: skip
+              allowed=None) -> PitchMap:  # fmt: skip
     """The share of legal pitches and the number of branches, at the centre of every cell of side `step` (mm).
 
     `pitches`: how many, evenly spaced over the full turn, are tried. `allowed(q)`, (n, 4) -> booleans (n,), rules out
-    more configurations, for example `omx.analysis.workspace.clear`. `progress(share)`, 0 .. 1, is called now and then.
+    more configurations, for example `omx.analysis.workspace.clear`.
     """
     pitches, limits = as_count(pitches, "pitches", most=100_000), as_limits(limits, 4)
-    _check_function("allowed", allowed)
-    _check_function("progress", progress)
     r, z, inside = section(geometry, limits).fill(step)
     cells = np.argwhere(inside)
+    if (tried := len(cells) * pitches) > MANY:
+        warnings.warn(f"{tried / 1e6:.0f} million poses are tried, a few million a second; a larger step, or fewer "
+                      "pitches, is sooner done.", stacklevel=2)  # fmt: skip
     share, branches = np.full(inside.shape, np.nan), np.zeros(inside.shape, dtype=int)
     some = max(1, POSES // pitches)
     for start in range(0, len(cells), some):
@@ -60,8 +62,6 @@ def pitch_map(step: float = 10.0, pitches: int = 120, geometry: Geometry = COURS
         legal = _legal_branches(r[columns], z[rows], pitches, geometry, limits, allowed)
         share[rows, columns] = (legal > 0).mean(axis=1)
         branches[rows, columns] = legal.max(axis=1)
-        if progress is not None:
-            progress(min((start + some) / len(cells), 1.0))
     return PitchMap(r, z, share, branches)
 
 
@@ -72,7 +72,6 @@ def branch_map(pitch: float, step: float = 5.0, geometry: Geometry = COURSE, lim
     `allowed(q)`, (n, 4) -> booleans (n,), rules out more configurations.
     """
     pitch = as_number(pitch, "pitch", "an angle in rad")
-    _check_function("allowed", allowed)
     r_low, r_high, z_low, z_high = section(geometry, limits).bounds
     r, z = centres(0.0, max(-r_low, r_high), step), centres(z_low, z_high, step)
     poses = np.zeros((len(z), len(r), 4))
@@ -91,14 +90,11 @@ def _legal_branches(r, z, pitches: int, geometry: Geometry, limits, allowed) -> 
     return _ruled(q, legal, allowed).sum(axis=1).reshape(len(r), pitches)
 
 
-def _check_function(name: str, value) -> None:
-    if value is not None and not callable(value):
-        raise BadInput(f"`{name}` must be a function, or None; got {shown(value)}.")
-
-
 def _ruled(q, legal, allowed) -> np.ndarray:
     """`legal`, less what `allowed` forbids."""
     if allowed is not None:
+        if not callable(allowed):
+            raise BadInput(f"`allowed` must be a function, or None; got {shown(allowed)}.")
         legal = legal.copy()
         wanted = np.asarray(allowed(q[legal]))
         if wanted.shape != (int(legal.sum()),) or wanted.dtype.kind != "b":

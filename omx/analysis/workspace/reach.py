@@ -10,15 +10,12 @@ from math import atan2, cos, hypot, pi, sin
 import numpy as np
 
 from ...arm import LIMITS
-from ...arrays import as_rows, wrap
+from ...arrays import as_rows, in_blocks, wrap
 from ...geometry import COURSE, Geometry, as_geometry
 from .arcs import finite_limits, in_line
 
 #: Joint angles may exceed a limit by this much (rad), and the cosine of a bend may exceed 1: rounding.
 SLACK, REACH_SLACK = 1e-11, 1e-13
-
-#: Points looked at in one go.
-BLOCK = 12_288
 
 
 def reaches(points, geometry: Geometry = COURSE, limits=LIMITS) -> np.ndarray:
@@ -30,9 +27,7 @@ def reaches(points, geometry: Geometry = COURSE, limits=LIMITS) -> np.ndarray:
     geometry, limits = as_geometry(geometry), finite_limits(limits)
     flat = points.reshape(-1, 2)
     found = np.zeros(len(flat), dtype=bool)
-    for start in range(0, len(flat), BLOCK):
-        rows = slice(start, start + BLOCK)
-        r, z = flat[rows].T
+    for rows, (r, z) in in_blocks(flat):
         for q in _candidates(r, z - geometry.L1, geometry, limits):
             found[rows] |= _within(q, limits)
     return found.reshape(points.shape[:-1])

@@ -5,7 +5,6 @@ this machine (the default), processes, or a dask cluster, through any object wit
 """
 
 import sys
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property, partial
 from math import isfinite, pi, prod, tau
@@ -16,7 +15,7 @@ import numpy as np
 
 from ... import kinematics
 from ...arm import LIMITS
-from ...arrays import as_count, as_number, shown
+from ...arrays import as_count, shown
 from ...dh import Chain, as_limits
 from ...errors import BadInput
 from ...geometry import COURSE, Geometry, as_arm
@@ -28,8 +27,8 @@ BLOCK = 65_536
 #: Samples that one call of the executor works on.
 TASK = 16 * BLOCK
 
-#: The most samples and cells of one count, and the smallest number that counts as positive.
-MOST_SAMPLES, MOST_CELLS, TINY = 10**12, 10**8, 1e-6
+#: The most samples and cells of one count.
+MOST_SAMPLES, MOST_CELLS = 10**12, 10**8
 
 
 class Executor(Protocol):
@@ -66,69 +65,49 @@ class _Job(NamedTuple):
     seed: int
     geometry: Geometry | Chain
     limits: tuple
-    draw: Callable
-    keep: Callable | None
     axes: tuple
     step: float
 
 
-def uniform(random: np.random.Generator, rows: int, columns: int) -> np.ndarray:
-    """Independent numbers in [0, 1), (rows, columns)."""
-    return random.random((rows, columns))
-
-
-def stratified(random: np.random.Generator, rows: int, columns: int) -> np.ndarray:
-    """Numbers in [0, 1), (rows, columns), one in each of `rows` equal parts of every column: a Latin hypercube.
-
-    They spread more evenly than independent ones: no joint leaves a gap in its range.
-    """
-    order = random.permuted(np.tile(np.arange(rows), (columns, 1)), axis=1).T
-    return (order + random.random((rows, columns))) / rows
-
-
-def sample_joints(
-    samples: int, seed: int = 0, geometry: Geometry | Chain = COURSE, limits=None, draw=uniform
-) -> np.ndarray:
+def sample_joints(samples: int, seed: int = 0, geometry: Geometry | Chain = COURSE, limits=None) -> np.ndarray:
     """`samples` configurations within the joint limits, (samples, joints), the same for the same seed.
 
-    `limits`: the chain's own, or `omx.LIMITS`, if left out. `draw`: `uniform` or `stratified`. Raises `BadInput`.
+    `limits`: the chain's own, or `omx.LIMITS`, if left out. Raises `BadInput`.
     """
-    job = _job(samples, seed, _arm(geometry), limits, draw, None)
+    job = _job(samples, seed, as_arm(geometry, numbers=True), limits)
     return np.vstack([_block(job, i) for i in range(-(-job.samples // BLOCK))])
 
 
 def tips(q, geometry: Geometry | Chain = COURSE) -> np.ndarray:
     """The tip's position (..., 3), mm, for joint values q (..., joints)."""
-    geometry = _arm(geometry)
+    geometry = as_arm(geometry, numbers=True)
     if isinstance(geometry, Chain):
         return geometry.fk(q)[..., :3, 3]
     return np.asarray(kinematics.pose(q, geometry))[..., :3]
 
 
 def count_plane(samples: int, seed: int = 0, *, geometry: Geometry | Chain = COURSE, limits=None, step: float = 5.0,
-                draw=uniform, keep=None, executor: Executor | None = None, progress=None) -> Counts:  # fmt: skip
+                executor: Executor | None = None, progress=None) -> Counts:  # fmt: skip
     """Tips in cells of the plane: `counts` with the axes r, z.
 
     For a `Geometry` r has a sign, as if q1 were 0: negative over the arm's back. For a `Chain` it is the distance
-    from the z axis. `step`: the side of a cell (mm). `keep(q)`, (n, joints) -> booleans (n,): count only these.
-    `executor`: anything with the `map` of `concurrent.futures`; threads if left out. `progress(share)`, 0 .. 1, is
-    called as the work proceeds. The counts do not depend on either. Raises `BadInput`.
+    from the z axis. `step`: the side of a cell (mm). `executor`: anything with the `map` of `concurrent.futures`;
+    threads if left out. `progress(share)`, 0 .. 1, is called as the work proceeds. The counts do not depend on either.
+    Raises `BadInput`.
     """
-    geometry, step = _arm(geometry), as_number(step, "step", "the side of a cell in mm, more than 0", TINY)
+    geometry = as_arm(geometry, numbers=True)
     (z_low, z_high), reach = _span(geometry, limits)
     axes = (centres(-reach if isinstance(geometry, Geometry) else 0.0, reach, step), centres(z_low, z_high, step))
-    job = _job(samples, seed, geometry, limits, draw, keep, axes, step)
-    return _count(job, _plane, executor, progress)
+    return _count(_job(samples, seed, geometry, limits, axes, step), _plane, executor, progress)
 
 
 def count_space(samples: int, seed: int = 0, *, geometry: Geometry | Chain = COURSE, limits=None, step: float = 10.0,
-                draw=uniform, keep=None, executor: Executor | None = None, progress=None) -> Counts:  # fmt: skip
+                executor: Executor | None = None, progress=None) -> Counts:  # fmt: skip
     """Tips in cubes of space: `counts` with the axes x, y, z; the other arguments are those of `count_plane`."""
-    geometry, step = _arm(geometry), as_number(step, "step", "the side of a cell in mm, more than 0", TINY)
+    geometry = as_arm(geometry, numbers=True)
     (z_low, z_high), reach = _span(geometry, limits)
     axes = (*[centres(-reach, reach, step)] * 2, centres(z_low, z_high, step))
-    job = _job(samples, seed, geometry, limits, draw, keep, axes, step)
-    return _count(job, _space, executor, progress)
+    return _count(_job(samples, seed, geometry, limits, axes, step), _space, executor, progress)
 
 
 def _count(job: _Job, project, executor: Executor | None, progress) -> Counts:
@@ -154,29 +133,15 @@ def _task(job: _Job, project, first: int) -> np.ndarray:
     """The counts of one task's blocks, all cells in one row."""
     total = np.zeros(prod(map(len, job.axes)), dtype=np.int64)
     for i in range(first, min(first + TASK // BLOCK, -(-job.samples // BLOCK))):
-        q = _block(job, i)
-        if job.keep is not None:
-            q = q[_chosen(job.keep(q), len(q))]
-        if len(q):
-            total += np.bincount(_cells(job, project(q, job.geometry)), minlength=len(total))
+        total += np.bincount(_cells(job, project(_block(job, i), job.geometry)), minlength=len(total))
     return total
-
-
-def _chosen(kept, rows: int) -> np.ndarray:
-    kept = np.asarray(kept)
-    if kept.shape != (rows,) or kept.dtype.kind != "b":
-        raise BadInput(f"`keep` must return one True or False a row, shape ({rows},); got {kept.dtype} {kept.shape}.")
-    return kept
 
 
 def _block(job: _Job, i: int) -> np.ndarray:
     """The configurations of block i; the last block may be cut short."""
     random = np.random.default_rng(np.random.SeedSequence(job.seed, spawn_key=(i,)))
     low, high = np.array(job.limits, float).T
-    rows = min(BLOCK, job.samples - i * BLOCK)
-    q = np.array(job.draw(random, rows, len(low)), dtype=float)
-    if q.shape != (rows, len(low)):
-        raise BadInput(f"`draw` must return numbers in [0, 1), shape {(rows, len(low))}; got shape {q.shape}.")
+    q = random.random((min(BLOCK, job.samples - i * BLOCK), len(low)))
     q *= high - low
     q += low
     return q
@@ -240,20 +205,9 @@ def _drawn(low: float, high: float, name: str, slides: bool) -> tuple[float, flo
     return -pi, pi
 
 
-def _job(samples, seed, geometry, limits, draw, keep, axes=(), step=0.0) -> _Job:
+def _job(samples, seed, geometry, limits, axes=(), step=0.0) -> _Job:
     """The order for the workers, every argument checked."""
-    for name, function in (("draw", draw), ("keep", keep)):
-        if not callable(function) and not (name == "keep" and function is None):
-            raise BadInput(f"`{name}` must be a function; got {shown(function)}.")
     if prod(map(len, axes)) > MOST_CELLS:
         raise BadInput(f"`step` = {step:g} mm makes {prod(map(len, axes)):.1e} cells; the most are {MOST_CELLS:.0e}.")
     samples = as_count(samples, "samples", most=MOST_SAMPLES)
-    return _Job(samples, as_count(seed, "seed", 0), geometry, _limits(geometry, limits), draw, keep, axes, step)
-
-
-def _arm(geometry) -> Geometry | Chain:
-    """The arm, if it has numbers."""
-    arm = as_arm(geometry)
-    if isinstance(arm, Chain) and arm._is_symbolic(np.zeros(len(arm))):
-        raise BadInput(f"{arm!r} has symbols in its rows: give them values first.")
-    return arm
+    return _Job(samples, as_count(seed, "seed", 0), geometry, _limits(geometry, limits), axes, float(step))

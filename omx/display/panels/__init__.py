@@ -4,11 +4,10 @@ eight, a DH row, a robot, a robot taught.
 And sliders under a figure that is computed where it is seen.
 """
 
+from .branch_panels import HandPanel, PosePanel
 from .dh_row_panel import RowPanel
-from .hand_panel import HandPanel
 from .joint_panel import JointPanel
 from .live_figure import LiveFigure
-from .pose_panel import PosePanel
 from .robot_panel import RobotPanel
 from .teach_panel import TeachPanel
 

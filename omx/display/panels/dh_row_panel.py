@@ -1,37 +1,25 @@
 """`RowPanel`: four sliders for the four DH parameters of one row."""
 
-import html
-import json
 import math
-
-import ipywidgets
 
 from ...dh import DHRow
 from ..viewer.dh_row_view import RowView
-from ..viewer.scene import mimebundle
 from . import tables
-from .panel import side_by_side, slider_row
+from .panel import SliderPanel
 
-#: Names, units and ranges of the sliders.
-_SLIDERS = (("theta", "deg", 180.0), ("d", "mm", 150.0), ("a", "mm", 150.0), ("alpha", "deg", 180.0))
+#: Names, units and ends of the sliders.
+_ROWS = (("theta", "deg", -180, 180), ("d", "mm", -150, 150), ("a", "mm", -150, 150), ("alpha", "deg", -180, 180))
 
 
-class RowPanel(ipywidgets.VBox):
+class RowPanel(SliderPanel):
     """Sliders for theta, d, a and alpha (deg, mm) under the two frames that they lead from and to, and the matrix A.
 
     `row` is the `DHRow` shown (mm, rad); set it to move the sliders.
     """
 
     def __init__(self, row=(0, 0, 0, 0)):
-        self.view = RowView(row)
-        rows = [slider_row(name, -size, size, 0.0, unit) for name, unit, size in _SLIDERS]
-        self.sliders = [slider for slider, _ in rows]
-        self._text = ipywidgets.HTML()
-        lines = ipywidgets.VBox([line for _, line in rows])
-        super().__init__([self.view.widget, side_by_side(lines, self._text)])
+        super().__init__(RowView(), _ROWS)
         self.row = row
-        for slider in self.sliders:
-            slider.observe(self._heard, "value")
 
     @property
     def row(self) -> DHRow:
@@ -47,17 +35,8 @@ class RowPanel(ipywidgets.VBox):
             slider.value = number
         self._write()
 
-    def __repr__(self) -> str:
-        return f"RowPanel: {self.view!r}"
-
-    def static_html(self, *, shared: bool = False) -> str:
-        """The panel without a kernel: with `shared`, a mark that the site's script fills with sliders of its own."""
-        scene = self.view.static_html(shared=shared)
-        if not shared:
-            return scene
-        sliders = [(name, unit, -size, size) for name, unit, size in _SLIDERS]
-        data = {"kind": "row", "q": [float(v) for v in self.view.row.at(0.0)], "sliders": sliders}
-        return f'<div class="omx-panel" data-panel="{html.escape(json.dumps(data))}">{scene}</div>'
+    def _static_data(self) -> dict:
+        return {"kind": "row", "q": [float(v) for v in self.view.row.at(0.0)], "sliders": _ROWS}
 
     def _heard(self, _change) -> None:
         self.view.row = self.row
@@ -65,6 +44,3 @@ class RowPanel(ipywidgets.VBox):
 
     def _write(self) -> None:
         self._text.value = tables.matrix_table(self.view.matrix, "A")
-
-    def _repr_mimebundle_(self, **_) -> dict:
-        return mimebundle(self.view, self)

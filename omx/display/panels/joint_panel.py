@@ -7,12 +7,11 @@ import ipywidgets
 from ...arm import HOME
 from ...dh import Chain, clipped
 from ...errors import BadInput
-from ...geometry import COURSE
 from ...kinematics import pose as tool_pose
-from ..viewer.arm_drawings import is_our_arm
+from ..viewer.arm_model import is_our_arm
 from ..viewer.view import View
 from . import tables
-from .panel import Panel, as_view, side_by_side, slider_row
+from .panel import Panel, as_view
 from .terms import COLOURS, WORDS, DHTable, dh_table, lines
 
 
@@ -24,37 +23,37 @@ class JointPanel(Panel):
     and z term by term, each in the colour of its link, and the DH table: who points at a row sees its frame.
     """
 
-    def __init__(self, view: View | None = None, *, q=None, geometry=COURSE, limits=None, terms=False):
-        view = as_view(view or View(HOME if q is None else q, geometry=geometry))
+    def __init__(self, view: View | None = None, *, q=None, limits=None, terms=False):
+        view = as_view(view or View(HOME if q is None else q))
         self.chain = _limited(view.chain, limits)
         rows = []
-        self.sliders = []
         for row, name, (low, high) in zip(self.chain.rows, self.chain.names, self.chain.limits, strict=True):
-            unit = "mm" if row.prismatic else "deg"
-            scale = 1.0 if row.prismatic else 180 / math.pi
-            first, last, step = _ends(scale * low, scale * high)
-            slider, line = slider_row(name, first, last, 0.0, unit, step)
-            self.sliders.append(slider)
-            rows.append(line)
-            slider.observe(self._heard, "value")
-        self._text = ipywidgets.HTML()
+            unit, scale = ("mm", 1.0) if row.prismatic else ("deg", 180 / math.pi)
+            rows.append((name, unit, *_ends(scale * low, scale * high)))
         view.let_drag(self.chain.limits, handle=False)
-        beside, self._terms = [self._text], None
-        if terms:
-            self._terms = self._with_terms(view)
-            beside = [ipywidgets.VBox([*beside, self._terms])]
-        sliders = ipywidgets.VBox([*rows, self._buttons(view)])
-        super().__init__(view, [side_by_side(sliders, *beside)], clipped(view.q, self.chain.limits) if q is None else q)
+        self._terms = self._with_terms(view) if terms else None
+        q = clipped(view.q, self.chain.limits) if q is None else q
+        super().__init__(view, rows, q, below=[self._buttons(view)], beside=[self._terms] if terms else [])
 
     def _with_terms(self, view: View) -> DHTable:
         """The DH table of the arm, whose bones get their colours. Raises `BadInput` for another chain."""
-        if view.geometry is None or not is_our_arm(view.geometry):
+        if not is_our_arm(view.geometry):
             raise BadInput("`terms` are those of the OpenMANIPULATOR-X; this view shows another chain.")
-        view.bones(COLOURS)
+        view.bones()
         self._shown = view.shown_frames
+        view.frames(*range(len(view.chain) + 1))
+        view.shown_frames = self._shown
         table = DHTable(html=dh_table(view.chain))
-        table.observe(lambda change: view.frames(*{*self._shown, *([change["new"]] if change["new"] else [])}), "lit")
+        table.observe(lambda change: self._light(view, change["new"]), "lit")
+        self._light(view, 0)
         return table
+
+    def _light(self, view: View, row: int) -> None:
+        """All frames are in the scene; seen are those that were asked for, and that of `row`, 1 for the first."""
+        seen = {*self._shown, row} if row else self._shown
+        with view.channel.batch():
+            for i in range(len(view.chain) + 1):
+                view.channel.set(f"/meshcat/frames/{i}", "visible", i in seen)
 
     def _buttons(self, view: View):
         poses = {"zero": clipped((0.0,) * len(self.chain), self.chain.limits)}  # or the limit nearest to it
@@ -68,27 +67,11 @@ class JointPanel(Panel):
             buttons.append(button)
         return ipywidgets.HBox(buttons)
 
-    def _check(self, q) -> None:
-        self.chain.check(q)
-
     def _static_data(self) -> dict:
-        data = {"kind": "joints", **({"section": True} if self.view.has_section else {})}
+        data = {"q": self.q, "kind": "joints", **({"section": True} if self.view.has_section else {})}
         if self._terms is not None:
             data["terms"] = {"words": WORDS, "colours": COLOURS, "table": self._terms.html, "shown": self._shown}
         return data
-
-    def static_html(self, *, shared: bool = False) -> str:
-        """As every panel's; with `terms` all frames are in the scene, for the page to show."""
-        if self._terms is None:
-            return super().static_html(shared=shared)
-        with self.view.channel.batch():
-            self.view.frames(*range(len(self.chain) + 1))
-            for i in {*range(len(self.chain) + 1)} - {*self._shown}:
-                self.view.channel.set(f"/meshcat/frames/{i}", "visible", False)
-            try:
-                return super().static_html(shared=shared)
-            finally:
-                self.view.frames(*self._shown)
 
     def _on_sliders(self, values) -> None:
         rows = zip(values, self.chain.rows, strict=True)
@@ -117,9 +100,8 @@ def _limited(chain: Chain, limits) -> Chain:
 def _finite(limit, free) -> tuple[float, float]:
     """The limits of one joint; where it has no end, that of a free joint."""
     low, high = limit
-    if math.isinf(low):
-        low = free[0] if math.isinf(high) else min(free[0], high - 1.0)
-    return low, max(free[1], low + 1.0) if math.isinf(high) else high
+    low = low if math.isfinite(low) else min(free[0], high - 1.0)
+    return low, high if math.isfinite(high) else max(free[1], low + 1.0)
 
 
 def _ends(low: float, high: float) -> tuple[float, float, float]:

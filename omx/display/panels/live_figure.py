@@ -49,8 +49,7 @@ class LiveFigure(anywidget.AnyWidget):
 
     `sliders` maps each label, with its unit in parentheses, to (low, high, first) or (low, high, first, step), in that
     unit and in the order in which the figure wants them. `alt` says what is seen. Further arguments are the figure's
-    data: numbers, arrays, lists. `geometry` is the arm's. Raises `BadInput` for another figure, or a slider that starts
-    outside its ends.
+    data: numbers, arrays, lists. Raises `BadInput` for another figure, or a slider that starts outside its ends.
     """
 
     _esm = f"const window = {{}}; // nothing of this becomes global\n{kinematics()}\n{script()}\n{_RENDER}"
@@ -58,12 +57,12 @@ class LiveFigure(anywidget.AnyWidget):
 
     data = traitlets.Dict().tag(sync=True)
 
-    def __init__(self, figure: str, sliders, alt: str, *, geometry=COURSE, **data):
+    def __init__(self, figure: str, sliders, alt: str, **data):
         if figure not in FIGURES:
             raise BadInput(f"`figure` must be one of {', '.join(FIGURES)}; got {shown(figure)}.")
         self.alt = " ".join(alt.split())
         rows = [_slider(label, *numbers) for label, numbers in sliders.items()]
-        values = {**{name: _plain(value) for name, value in data.items()}, "arm": arm_data(geometry)}
+        values = {**{name: _plain(value) for name, value in data.items()}, "arm": arm_data(COURSE)}
         about = {"kind": "figure", "figure": figure, "title": self.alt, "sliders": rows}
         super().__init__(data={**about, "palette": PALETTE, "data": values})
 
@@ -71,15 +70,13 @@ class LiveFigure(anywidget.AnyWidget):
         starts = ", ".join(f"{name} {first:g} {unit}".rstrip() for name, unit, _, _, first, _ in self.data["sliders"])
         return f"Live figure: {self.alt}; {starts}"
 
-    def static_html(self, *, shared: bool = False) -> str:
-        """The figure without a kernel: with `shared`, a mark that the site's script fills; otherwise its words."""
-        words = f"<p>{html.escape(repr(self))}</p>"
-        if not shared:
-            return words
-        return f'<div class="omx-panel" data-panel="{html.escape(json.dumps(self.data))}">{words}</div>'
+    def page_html(self) -> str:
+        """The figure without a kernel: its words in a mark that the site's script fills."""
+        data = html.escape(json.dumps(self.data))
+        return f'<div class="omx-panel" data-panel="{data}"><p>{html.escape(repr(self))}</p></div>'
 
     def _repr_mimebundle_(self, **_) -> dict:
-        return mimebundle(None, self)
+        return mimebundle(self)
 
 
 def _slider(label: str, low: float, high: float, first: float, step: float = 1) -> list:

@@ -81,7 +81,7 @@
         if (this.terms) {
           this.frames(this.q).forEach((T, i) => {
             nodes[`/meshcat/frames/${i}`] = columns(T);
-            visible[`/meshcat/frames/${i}`] = i === this.lit || this.terms.shown.includes(i);
+            visible[`/meshcat/frames/${i}`] = this.terms.shown.includes(i) || (i > 0 && i === this.lit);
           });
         }
         if (this.section) nodes["/meshcat/section"] = columns(A.link(this.q[0], 0, 0, Math.PI / 2));

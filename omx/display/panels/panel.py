@@ -2,18 +2,17 @@
 
 import html
 import json
-import time
 
 import ipywidgets
 
 from ...arrays import shown
 from ...errors import BadInput
 from ..viewer.channel import running_loop
-from ..viewer.scene import mimebundle
+from ..viewer.scene import Scene, mimebundle
 from ..viewer.view import View
 
-#: Seconds between two commands to whatever `on_command` drives, and between two updates of the numbers.
-COMMAND_INTERVAL, TEXT_INTERVAL = 1 / 30, 1 / 20
+#: Seconds until the numbers follow the arm, which moves first.
+_TEXT_S = 1 / 20
 
 #: How many values told to sliders are remembered until the page answers them.
 _REMEMBERED = 40
@@ -26,70 +25,91 @@ def as_view(value) -> View:
     raise BadInput(f"`view` must be a View, such as omx.View() or omx.View.of_chain(chain); got {shown(value)}.")
 
 
-class Latest:
-    """Calls `action(value)` at once, or when `interval` seconds since the last call have passed, with the newest value.
+class Later:
+    """Calls `action()` in `seconds`, once however often it is asked to until then; at once where no event loop runs."""
 
-    With `eager` False even the first value waits, so that more urgent messages go first. Without a running
-    event loop nothing could call later, so then every value is passed on at once.
-    """
+    def __init__(self, action, seconds: float):
+        self._action, self._seconds, self._asked = action, seconds, False
 
-    def __init__(self, action, interval: float, *, eager: bool = True):
-        self._action, self._interval, self._eager = action, interval, eager
-        self._due = 0.0
-        self._waiting: list = []
-
-    def __call__(self, value) -> None:
-        wait = self._due - time.monotonic() if self._eager else self._interval
+    def __call__(self) -> None:
         loop = running_loop()
-        if wait <= 0 or loop is None:
-            self._waiting.clear()
-            self._call(value)
-        elif self._waiting:
-            self._waiting[0] = value
-        else:
-            self._waiting.append(value)
-            loop.call_later(wait, self.flush)
+        if loop is None:
+            self._action()
+        elif not self._asked:
+            self._asked = True
+            loop.call_later(self._seconds, self._act)
 
-    def flush(self) -> None:
-        """Pass on the value that is waiting, if any."""
-        if self._waiting:
-            self._call(self._waiting.pop())
-
-    def _call(self, value) -> None:
-        self._due = time.monotonic() + self._interval
-        self._action(value)
+    def _act(self) -> None:
+        self._asked = False
+        self._action()
 
 
-class Panel(ipywidgets.VBox):
-    """A 3-D view above its controls.
+class ViewPanel(ipywidgets.VBox):
+    """Boxes with a 3-D `view` in the first of them, as a cell and a page show it."""
 
-    `on_command(q)` is the panel's one way out: left None, a command moves the arm in the view. Set to a function,
-    it gets each commanded q instead, at most 30 a second and always the last; the command is then shown as a
-    ghost, and the solid arm stands where `show(q)` puts it: where a real arm is.
+    def __init__(self, view: Scene, children):
+        self.view = view
+        super().__init__(children)
+
+    def _static_data(self) -> dict:
+        """What `panel.js` has to know to make the controls of a page without a kernel."""
+        raise NotImplementedError
+
+    def page_html(self) -> str:
+        """The panel without a kernel: the scene in a mark that the site's script fills with sliders of its own.
+
+        That script moves the arm by the generated formulas in JavaScript.
+        """
+        data = html.escape(json.dumps(self._static_data()))
+        return f'<div class="omx-panel" data-panel="{data}">{self.view.page_html()}</div>'
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}: {self.view!r}"
+
+    def _repr_mimebundle_(self, **_) -> dict:
+        return mimebundle(self)
+
+
+class SliderPanel(ViewPanel):
+    """A view above sliders, with words (`_text`) beside them. A panel of its own hears the sliders: `_heard(change)`.
+
+    `rows`: name, unit, low end, high end and, if it is not 1, step of each slider. Boxes may stand `below` the sliders,
+    `beside` them under the words, and `after` them all.
     """
 
-    def __init__(self, view: View, controls, q):
-        self.view = view
-        self._on_command = None
+    def __init__(self, view: Scene, rows, below=(), beside=(), after=()):
+        made = [_slider_row(*row) for row in rows]
+        self.sliders = [slider for slider, _ in made]
+        for slider in self.sliders:
+            slider.observe(self._heard, "value")
+        self._text = ipywidgets.HTML()
+        sliders = ipywidgets.VBox([*(line for _, line in made), *below])
+        layout = ipywidgets.Layout(flex_flow="row wrap", align_items="flex-start", grid_gap="4px 24px")
+        sides = ipywidgets.Box([sliders, ipywidgets.VBox([self._text, *beside])], layout=layout)
+        super().__init__(view, [view.widget, sides, *after])
+
+
+class Panel(SliderPanel):
+    """A view above sliders for its joint values. A panel of its own sets `chain` before, whose limits count.
+
+    What is commanded moves the arm in the view, or only a ghost of it: see `command_a_ghost`.
+    """
+
+    def __init__(self, view: View, rows, q, **boxes):
+        self._ghostly = False
         view.on_drag = self._dragged
         self._quiet = False
         self._values: list[float] = []
         self._told: list[tuple[int, float]] = []
         self._q = view.q
-        self._forward = Latest(lambda q: self.on_command and self.on_command(q), COMMAND_INTERVAL)
-        self._tell = Latest(lambda _: self._write(), TEXT_INTERVAL, eager=False)  # the arm moves first
-        super().__init__([view.widget, *controls])
+        self._tell = Later(self._write, _TEXT_S)
+        super().__init__(view, rows, **boxes)
         self.q = q
 
-    @property
-    def on_command(self):
-        """None, or the function that gets each commanded q."""
-        return self._on_command
-
-    @on_command.setter
-    def on_command(self, function) -> None:
-        self._on_command = function
-        self.view.follow_drags(function is None)
+    def command_a_ghost(self) -> None:
+        """Show commands as a ghost from now on; the solid arm stands where `view.q` puts it: where a real arm is."""
+        self._ghostly = True
+        self.view.channel.set("/meshcat/arm", "follows", False)  # nor does it follow a dragged tool
 
     @property
     def q(self) -> tuple[float, ...]:
@@ -99,28 +119,13 @@ class Panel(ipywidgets.VBox):
     @q.setter
     def q(self, value) -> None:
         q = self.view.check(value)
-        self._check(q)
+        self.chain.check(q)
         self._place(q)
-
-    def show(self, q) -> None:
-        """Put the solid arm at `q`, without a command: what a real arm reports."""
-        self.view.q = q
 
     def _place(self, q) -> None:
         """Joint values set from outside: command them and let the sliders follow."""
         self._command(q)
         self._set_sliders(q)
-
-    def static_html(self, *, shared: bool = False) -> str:
-        """The panel without a kernel: with `shared`, a mark that the site's script fills with sliders of its own.
-
-        That script moves the arm by the generated formulas in JavaScript. Otherwise the scene alone.
-        """
-        scene = self.view.static_html(shared=shared)
-        if not shared:
-            return scene
-        data = html.escape(json.dumps({"q": self.q, **self._static_data()}))
-        return f'<div class="omx-panel" data-panel="{data}">{scene}</div>'
 
     def _dragged(self, _pose, q) -> None:
         """The reader has dragged the tool in the scene, or pulled a link."""
@@ -129,12 +134,11 @@ class Panel(ipywidgets.VBox):
 
     def _command(self, q) -> None:
         self._q = q
-        if self.on_command is None:
-            self.view.q = q
-        else:
+        if self._ghostly:
             self.view.ghosts([q])
-            self._forward(q)
-        self._tell(None)
+        else:
+            self.view.q = q
+        self._tell()
 
     def _set_sliders(self, q) -> None:
         """Move the sliders without hearing them."""
@@ -165,28 +169,16 @@ class Panel(ipywidgets.VBox):
             self._told.remove(answered)
         return answered is not None
 
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}: {self.view!r}"
 
-    def _repr_mimebundle_(self, **_) -> dict:
-        return mimebundle(self.view, self)
-
-
-def slider_row(name: str, low: float, high: float, value: float, unit: str, step: float = 1.0):
-    """A slider in `unit` and the row that shows its limits; arrow keys move it by `step`."""
+def _slider_row(name: str, unit: str, low: float, high: float, step: float = 1.0):
+    """A slider in `unit` and the row that shows its limits, on a phone below it; arrow keys move it by `step`."""
     slider = ipywidgets.FloatSlider(
-        value=min(max(value, low), high), min=low, max=high, step=step, description=name, readout_format=".1f",
+        value=min(max(0.0, low), high), min=low, max=high, step=step, description=name, readout_format=".1f",
         layout=ipywidgets.Layout(width="340px"), style={"description_width": "48px"},
     )  # fmt: skip
     room = ipywidgets.Layout(min_width="120px", flex="0 0 auto")
     limits = ipywidgets.Label(f"{_plain(low)} to {_plain(high)} {unit}", layout=room)
-    return slider, ipywidgets.HBox([slider, limits])
-
-
-def side_by_side(*children):
-    """Boxes beside each other, below each other where the page is narrow."""
-    layout = ipywidgets.Layout(flex_flow="row wrap", align_items="flex-start", grid_gap="4px 24px")
-    return ipywidgets.Box(list(children), layout=layout)
+    return slider, ipywidgets.HBox([slider, limits], layout=ipywidgets.Layout(flex_flow="row wrap"))
 
 
 def _plain(value: float) -> str:

@@ -25,9 +25,10 @@ from ...errors import BadInput, Collision, JointLimit, NotReady, OmxError, Servo
 from ...hardware.clock import SteppedClock
 from ...hardware.dynamixel import registers as reg
 from ...hardware.robot.gate import way_to_rest
-from ..viewer.scene import mimebundle
 from ..viewer.view import View
+from . import tables
 from .joint_panel import JointPanel
+from .panel import ViewPanel
 
 #: Seconds between two beats of the page, and how long the arm goes on without one.
 BEAT_S, SILENCE_S = 0.1, 0.35
@@ -55,7 +56,7 @@ class HoldButton(anywidget.AnyWidget):
     held = traitlets.Bool(False).tag(sync=True)
 
 
-class RobotPanel(ipywidgets.VBox):
+class RobotPanel(ViewPanel):
     """Joint sliders, motors, speed, hold-to-move, stop, and the state of each servo, for `robot`.
 
     `watch=False` leaves out the thread that looks at the arm ten times a second; `look` does one look.
@@ -73,24 +74,22 @@ class RobotPanel(ipywidgets.VBox):
         limits = self.driver.guard.soft_limits
         start = clipped(self.driver.read().q, limits)  # an arm that hangs without torque may lie outside its limits
         self.joints = JointPanel(view or View(start, geometry=robot.geometry), limits=limits)
-        self.joints.on_command = lambda q: None  # the ghost alone; the arm goes there while the button is held
+        self.joints.command_a_ghost()  # the arm goes there while the button is held
         self._aim: tuple[float, ...] | None = None
         self._way: list[tuple[float, ...]] = []  # to the rest pose
         self._relaxing_since: float | None = None
         self._relax_beat_at = -math.inf
         self._silent_at = math.inf
         self._looks = 0
-        super().__init__([self.joints, *self._controls()])
+        super().__init__(self.joints.view, [self.joints, *self._controls()])
         self.joints.q = start
         for button in (self.hold, self.stop_button, self.resume_button, self.park_button, self.relax_button):
             heard_at_once(button)
         self._say(" ".join(self.driver.condition.warnings))
         self.look()
         _panels.add(self)
-        looks = (weakref.ref(self), self._closing)
-        self._thread = threading.Thread(target=_watch, args=looks, name="omx panel", daemon=True)
         if watch:
-            self._start_watching(*looks)
+            self._start_watching(weakref.ref(self), self._closing)
 
     def _controls(self) -> list:
         """Buttons, the speed, and two lines of text: what has happened, and how the servos are."""
@@ -115,15 +114,9 @@ class RobotPanel(ipywidgets.VBox):
         speed = ipywidgets.HBox([self.speed, ipywidgets.Label("deg/s")])
         return [ipywidgets.HBox(buttons), speed, self.message, self.state]
 
-    def __repr__(self) -> str:
-        return f"RobotPanel: {self.joints.view!r}"
-
-    def static_html(self, *, shared: bool = False) -> str:
+    def page_html(self) -> str:
         """The joint sliders alone, as a page without a kernel has no robot."""
-        return self.joints.static_html(shared=shared)
-
-    def _repr_mimebundle_(self, **_) -> dict:
-        return mimebundle(self.joints.view, self)
+        return self.joints.page_html()
 
     # ---- what the buttons do ----
 
@@ -224,7 +217,7 @@ class RobotPanel(ipywidgets.VBox):
         if self.robot.clock.now() > self._silent_at:
             self._let_go()
             self._say("The page went silent, so the arm holds. Release the button and hold it again.")
-        self.joints.show(self.driver.read().q)
+        self.view.q = self.driver.read().q
         if self._looks % round(1 / LOOK_S) == 0:
             self.state.value = self._table()
             self.motors.value, self.resume_button.disabled = self.driver.torque, self.driver.stopped is None
@@ -234,6 +227,7 @@ class RobotPanel(ipywidgets.VBox):
         if sys.platform == "emscripten":  # a browser's Python has no threads: it looks between two cells
             self._task = asyncio.ensure_future(_watch_between_cells(*looks))
         else:
+            self._thread = threading.Thread(target=_watch, args=looks, name="omx panel", daemon=True)
             self._thread.start()
 
     def _table(self) -> str:
@@ -261,23 +255,19 @@ class RobotPanel(ipywidgets.VBox):
             self.motors.value = self.driver.torque
 
     def _say(self, text: str, wrong: bool = False) -> None:
-        colour = "#b00020" if wrong else "inherit"
-        self.message.value = f"<span role='status' style='color:{colour}'>{html.escape(text)}</span>"
+        self.message.value = tables.notice(text, good=not wrong)
 
 
 def _watch(panel, closing: threading.Event) -> None:
     """Ten looks a second, until the panel is closed or nobody has it any more."""
-    while not closing.wait(LOOK_S):
-        if not _looked(panel()):
-            return
+    while not closing.wait(LOOK_S) and _looked(panel()):
+        pass
 
 
 async def _watch_between_cells(panel, closing: threading.Event) -> None:
     """The same looks, in turn with the cells."""
-    while not closing.is_set():
+    while not closing.is_set() and _looked(panel()):
         await asyncio.sleep(LOOK_S)
-        if not _looked(panel()):
-            return
 
 
 def _looked(panel: RobotPanel | None) -> bool:

@@ -38,15 +38,14 @@ def value_table(values) -> str:
     return f'<table style="{_TABLE}">{rows}</table>'
 
 
-def branch_table(solutions, colours, chosen) -> str:
-    """One row a branch: its colour, its name, its angles and its verdict; the chosen one in bold."""
+def branch_table(solutions, colours, chosen, joints) -> str:
+    """One row a branch: its colour, its name, its angles and its verdict; the chosen one in bold. `joints`: DH rows."""
     rows = []
     for solution, colour in zip(solutions, colours, strict=False):
         dot = f'<span style="color:{colour}">&#9679;</span>'
         weight = "bold" if chosen is not None and solution.branch == chosen.branch else "normal"
-        slides = getattr(solution, "prismatic", None) or (False,) * 4
-        values = zip(solution.q or (), slides, strict=False)
-        angles = ", ".join(number(v if slid else math.degrees(v), 1) for v, slid in values)
+        values = zip(solution.q or (), joints, strict=False)
+        angles = ", ".join(number(v if row.prismatic else math.degrees(v), 1) for v, row in values)
         rows.append(
             f'<tr style="font-weight:{weight}"><td>{dot}</td><td style="{_WORDS}" title="{BEND}">{solution.branch}</td>'
             f'<td style="{_CELL}">{angles}</td><td style="padding:1px 7px">{html.escape(verdict(solution))}</td></tr>'
@@ -59,7 +58,7 @@ def verdict(solution) -> str:
     if solution.legal:
         return "legal"
     if not solution.reachable:
-        return f"out of reach, {solution.missing:.1f} mm missing"
+        return f"out of reach, {solution.missing:.{1 if solution.missing >= 0.1 else 3}f} mm missing"
     return "; ".join(str(violation) for violation in solution.violations)
 
 

@@ -2,14 +2,16 @@
 
 import math
 from collections.abc import Sequence
+from itertools import cycle
 
 import numpy as np
 from matplotlib.patches import Arc
 
 from ... import kinematics
+from ...arrays import as_four
 from ...geometry import COURSE, Geometry
 from ..palette import INK, PALE, PALETTE
-from .picture import Picture, as_points, axes_of, cycle, finish, point_text
+from .picture import Picture, as_points, axes_of, finish, point_text
 
 
 def planar(
@@ -35,7 +37,7 @@ def planar(
     labels = [*labels, *([""] * (len(arms) - len(labels)))]
     if path is not None:
         axes.plot(*np.asarray(path, float).T, color=PALE, lw=1.2, zorder=1)
-    for arm, colour, label in zip(arms, cycle(), labels, strict=False):
+    for arm, colour, label in zip(arms, cycle(PALETTE), labels, strict=False):
         _links(axes, arm, colour, label)
     if angles:
         _angle_marks(axes, arms[0])
@@ -48,9 +50,7 @@ def planar(
     return Picture(figure, f"{alt or f'Planar arm of {len(arms[0]) - 1} links'}: {tips}.")
 
 
-def side_view(
-    *configurations, labels: Sequence[str] = (), geometry: Geometry = COURSE, target=None, alt: str = ""
-) -> Picture:
+def side_view(*configurations, geometry: Geometry = COURSE, target=None, alt: str = "") -> Picture:
     """The arm from the side, one colour for each of `configurations` (q, or an IKSolution), in the plane r, z.
 
     r is counted along the direction in which the first one faces, so an arm that reaches over its back has
@@ -60,13 +60,14 @@ def side_view(
     figure, axes = axes_of("r (mm)", "z (mm)", square=True)
     axes.axhline(0, color=PALE, lw=1)
     shown, facing = [], None
-    for i, (q, colour) in enumerate(zip(configurations, cycle(), strict=False)):
+    for q, colour in zip(configurations, cycle(PALETTE), strict=False):
         if not getattr(q, "reachable", True):
             continue
-        facing = q[0] if facing is None else facing
-        points = _outline(q, geometry, facing)
+        four = as_four(q, "configurations", "four joint angles in rad each, or an IKSolution")
+        facing = four[0] if facing is None else facing
+        points = _outline(four, geometry, facing)
         legal = getattr(q, "legal", True)
-        label = labels[i] if i < len(labels) else getattr(q, "branch", "")
+        label = getattr(q, "branch", "")
         label += "" if legal else " (beyond a joint limit)"
         _links(axes, points, colour, label, dashed=not legal, joints=(0, 1, 3, 4, 5), width=5 - 0.9 * len(shown))
         shown.append(f"{label or 'arm'} with its tip at r, z = {point_text(points[-1], 'mm')}")
@@ -106,7 +107,7 @@ def _angle_marks(axes, arm) -> None:
 
 def _outline(q, geometry: Geometry, facing: float) -> np.ndarray:
     """Points (6, 2) in the plane r, z: base, shoulder, the dog-leg's corner, elbow, wrist, tool."""
-    frames = kinematics.frames(np.asarray(tuple(q), float), geometry)
+    frames = kinematics.frames(q, geometry)
     x, y, z = frames[:, :3, 3].T
     r = x * math.cos(facing) + y * math.sin(facing)
     points = np.column_stack((r, z))

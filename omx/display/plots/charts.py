@@ -1,13 +1,14 @@
 """Numbers against numbers: curves over one variable."""
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 
 import numpy as np
 
 from ...arrays import shown
 from ...errors import BadInput
-from ..palette import INK, PALE
-from .picture import Picture, as_points, axes_of, cycle, finish, span_text
+from ..palette import INK, PALE, PALETTE
+from .picture import Picture, as_points, axes_of, finish, span_text
 
 
 def curves(
@@ -30,7 +31,8 @@ def curves(
         raise BadInput(f"`lines` must map a label to the values of each curve; got {shown(lines)}.")
     figure, axes = axes_of(x, y)
     width = 4.8 if wanted else 2.2
-    for (label, values), colour, dash in zip(lines.items(), cycle(), cycle(("-", "--", "-.", ":")), strict=False):
+    looks = zip(cycle(PALETTE), cycle(("-", "--", "-.", ":")), strict=False)
+    for (label, values), (colour, dash) in zip(lines.items(), looks, strict=False):
         axes.plot(across, np.asarray(values, float), color=colour, ls=dash, lw=width, label=label)
     for i, values in enumerate((wanted or {}).values()):
         axes.plot(across, np.asarray(values, float), color=INK, lw=0.9, label="" if i else "wanted")

@@ -1,14 +1,12 @@
 """`Picture`: a figure with its alt text; and what all figures share: colours, axes, legend, numbers in words."""
 
 import io
-from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from ...arrays import shown
 from ...errors import BadInput
-from ..palette import PALETTE
 
 #: Pixels for an inch: the picture is stored at twice the size at which it is shown.
 DPI, SHARPNESS = 96, 2
@@ -35,9 +33,9 @@ class Picture:
         return {"image/png": self.png(), "text/plain": repr(self)}, metadata
 
 
-def axes_of(x: str, y: str, square: bool = False, size=(6.4, 4.6)):
+def axes_of(x: str, y: str, square: bool = False):
     """A figure and its one pair of axes, titles with units; `square`: one scale for both."""
-    figure = Figure(figsize=(6.2, 4.8) if square else size, layout="constrained")
+    figure = Figure(figsize=(6.2, 4.8) if square else (6.4, 4.6), layout="constrained")
     axes = figure.add_subplot()
     axes.set_xlabel(x, fontsize=12)
     axes.set_ylabel(y, fontsize=12)
@@ -58,12 +56,6 @@ def finish(axes, margin: float = 0.12) -> None:
     if labels:
         columns = len(labels) if sum(map(len, labels)) < 40 else 2 if max(map(len, labels)) < 28 else 1
         axes.figure.legend(handles, labels, loc="outside upper center", ncols=columns, fontsize=11, frameon=False)
-
-
-def cycle(values: Sequence = PALETTE):
-    """The values again and again."""
-    while True:
-        yield from values
 
 
 def as_points(value, name: str, columns: int = 2, least: int = 1) -> np.ndarray:

@@ -1,59 +1,52 @@
 """Places: clouds of points in space, figures and maps in the plane r, z."""
 
+from itertools import cycle
+
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 
-from ..palette import INK, PALETTE
-from .picture import Picture, as_points, axes_of, cycle, finish, span_text
+from ..palette import PALETTE
+from .picture import Picture, as_points, axes_of, finish, span_text
 
 
-def cloud(points, unit: str = "mm", alt: str = "") -> Picture:
-    """Points (N, 3) in space, coloured by their height z. `unit` is that of the axes."""
+def cloud(points, alt: str = "") -> Picture:
+    """Points (N, 3) in space, mm, coloured by their height z."""
     points = as_points(points, "points", 3)
     figure = Figure(figsize=(7.0, 5.4), layout="constrained")
     axes = figure.add_subplot(projection="3d")
     dots = axes.scatter(*points.T, c=points[:, 2], cmap="cividis", s=5, lw=0, depthshade=False, antialiased=False)
-    figure.colorbar(dots, ax=axes, label=f"height z ({unit})", shrink=0.7, pad=0.12)
+    figure.colorbar(dots, ax=axes, label="height z (mm)", shrink=0.7, pad=0.12)
     for axis, name in zip("xyz", "xyz", strict=True):
-        getattr(axes, f"set_{axis}label")(f"{name} ({unit})", fontsize=11, labelpad=8)
+        getattr(axes, f"set_{axis}label")(f"{name} (mm)", fontsize=11, labelpad=8)
     axes.tick_params(labelsize=11)
     axes.locator_params(nbins=5)
     extents = [np.ptp(axis.get_view_interval()) for axis in (axes.xaxis, axes.yaxis, axes.zaxis)]
     axes.set_box_aspect(extents, zoom=0.9)  # one scale for all; smaller, or the titles would be cut off
     for axis in (axes.xaxis, axes.yaxis):
         _without_corners(axis)
-    spans = ", ".join(
-        f"{name} between {span_text(values)} {unit}" for name, values in zip("xyz", points.T, strict=True)
-    )
+    spans = ", ".join(f"{name} between {span_text(values)} mm" for name, values in zip("xyz", points.T, strict=True))
     return Picture(figure, f"{alt or 'Points in space'}: {len(points)} points, {spans}.")
 
 
-def plane(polygons=(), arcs=(), points=None, r: str = "r (mm)", z: str = "z (mm)", alt: str = "") -> Picture:
+def plane(polygons=(), arcs=(), r: str = "r (mm)", z: str = "z (mm)", alt: str = "") -> Picture:
     """Figures in the plane r, z: `polygons` (n, 2) filled together; `arcs` (n, 2) as thin lines.
 
     A polygon inside another one that runs the other way round is a hole.
-
-    `points`: (N, 2), as dots.
     """
     polygons, arcs = ([as_points(one, name) for one in many] for name, many in (("polygons", polygons), ("arcs", arcs)))
-    points = None if points is None else as_points(points, "points")
-    drawn = [*polygons, *arcs, *([] if points is None else [points])]
-    everything = np.vstack(drawn or as_points((), "polygons"))
+    everything = np.vstack([*polygons, *arcs] or as_points((), "polygons"))
     figure, axes = axes_of(r, z, square=True)
     told = []
     if len(polygons):
         _filled(axes, polygons)
         told.append(f"{len(polygons)} closed outline{'s' * (len(polygons) != 1)}")
-    for arc, colour in zip(arcs, cycle(), strict=False):
+    for arc, colour in zip(arcs, cycle(PALETTE), strict=False):
         axes.plot(*arc.T, color=colour, lw=1.4)
     if len(arcs):
         told.append(f"{len(arcs)} arcs")
-    if points is not None:
-        axes.plot(*points.T, ls="", marker=".", ms=2, color=INK, alpha=0.35, rasterized=True)
-        told.append(f"{len(points)} points")
     finish(axes, margin=0.05)
     spans = f"{r} between {span_text(everything[:, 0])}, {z} between {span_text(everything[:, 1])}"
     return Picture(figure, f"{alt or 'Figures in the plane'}: {', '.join(told)}; {spans}.")

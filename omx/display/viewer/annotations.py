@@ -1,13 +1,14 @@
-"""Marks in the scene: labelled frames, arrows, planes, polylines, a target. All sizes in mm."""
+"""Marks in the scene: labelled frames, arrows, polylines, a target. All sizes in mm."""
 
 import math
 import re
+from itertools import cycle
 
 import numpy as np
 
-from ...arrays import as_number, shown
+from ...arrays import shown
 from ...errors import BadInput
-from ..palette import AXES, BLUE, INK, NAMES, PALE, VERMILION
+from ..palette import AXES, INK, NAMES, PALE, PALETTE, VERMILION
 from .mesh import Solid, ball, cone, tube
 from .threejs import FLAT, ON_TOP, Drawing
 
@@ -15,21 +16,18 @@ _LABELLED = {**FLAT, **ON_TOP, "side": 0}
 
 
 def rgb(colour) -> tuple[int, int, int]:
-    """`#rrggbb`, `#rgb`, one of `NAMES`, or three numbers 0..255, as three integers; `BadInput` otherwise."""
-    if isinstance(colour, str):
-        digits = NAMES.get(colour.lower(), colour).lstrip("#")
-        digits = "".join(2 * digit for digit in digits) if len(digits) == 3 else digits
-        if re.fullmatch("[0-9a-fA-F]{6}", digits):
-            red, green, blue = bytes.fromhex(digits)
-            return red, green, blue
-    elif np.shape(colour) == (3,) and all(
-        0 <= as_number(part, "colour", "three numbers 0..255") < 256 for part in colour
-    ):
-        red, green, blue = (int(part) for part in colour)
-        return red, green, blue
-    raise BadInput(
-        f"`colour` must be '#rrggbb', three numbers 0..255, or one of {', '.join(NAMES)}; got {shown(colour)}."
-    )
+    """`#rrggbb`, `#rgb`, or one of `NAMES`, as three integers; `BadInput` otherwise."""
+    red, green, blue = bytes.fromhex(as_hex(colour)[1:])
+    return red, green, blue
+
+
+def as_hex(colour) -> str:
+    """The same as `#rrggbb`."""
+    digits = NAMES.get(colour.lower(), colour) if isinstance(colour, str) else ""
+    digits = re.sub("[^#]", r"\g<0>\g<0>", digits) if len(digits) == 4 else digits
+    if re.fullmatch("#[0-9a-fA-F]{6}", digits):
+        return digits
+    raise BadInput(f"`colour` must be '#rrggbb', or one of {', '.join(NAMES)}; got {shown(colour)}.")
 
 
 def triad(index: int | None = None, size: float = 55.0) -> Drawing:
@@ -74,22 +72,16 @@ def arc(centre, start, end, colour=INK, label: str | None = None, radius: float 
     return _mark(solid, label, middle, colour)
 
 
-def axis(point, direction, length: float, colour=INK, label: str | None = None, slides: bool = False) -> Drawing:
+def axis(point, direction, length: float, colour, label: str | None = None) -> Drawing:
     """A joint's axis: a thin line of `length` with `point` in its middle, its head where `direction` points.
 
-    An arc about it shows the positive turn by the right-hand rule; an axis that slides has a second head instead.
+    An arc about it shows the positive turn by the right-hand rule.
     """
     point, z = np.asarray(point, float), _unit(np.asarray(direction, float))
     start, end, size = point - 0.5 * length * z, point + 0.5 * length * z, 0.09 * length
     solid = arrow_solid(start, end, rgb(colour), 0.9)
-    if slides:
-        solid.add(arrow_solid(start, end - size * z, rgb(colour), 0.9))
-    else:
-        x = _unit(np.cross(z, np.eye(3)[np.argmin(np.abs(z))]))
-        turn = np.linspace(0, 1.6 * math.pi, 40)[:, None]
-        circle = end - 1.6 * size * z + size * (np.cos(turn) * x + np.sin(turn) * np.cross(z, x))
-        solid.add(tube(circle, 0.9, rgb(colour)))
-        solid.add(cone(circle[-1], circle[-1] + 5.0 * _unit(circle[-1] - circle[-2]), 2.6, rgb(colour)))
+    x = _unit(np.cross(z, np.eye(3)[np.argmin(np.abs(z))]))
+    solid.add(_bow(end - 1.6 * size * z, x, np.cross(z, x), 1.6 * math.pi, size, rgb(colour), 1.0))
     return _mark(solid, label, end + 0.6 * size * z, colour)
 
 
@@ -104,7 +96,7 @@ def turned(size: float, angle: float, colour, radius: float = 1.1) -> Drawing:
 def _mark(solid: Solid, label: str | None = None, at=(0, 0, 0), colour=INK) -> Drawing:
     """A solid drawn over everything, with its label at `at` (3,)."""
     out = Drawing().solid(solid, _LABELLED, casts=False, order=11)
-    return out.label(label, at, _hex(colour)) if label else out
+    return out.label(label, at, as_hex(colour)) if label else out
 
 
 def _bow(centre, u, v, angle: float, size: float, colour, radius: float) -> Solid:
@@ -117,20 +109,16 @@ def _bow(centre, u, v, angle: float, size: float, colour, radius: float) -> Soli
     return solid
 
 
-def plane(size: float, colour=BLUE, opacity: float = 0.15) -> Drawing:
-    """A translucent square in the node's x-y plane, with its rim."""
-    h = 0.5 * size
-    corners = [(-h, -h), (h, -h), (h, h), (-h, h)]
-    return _outlined(Drawing().region(corners, (), _number(colour), opacity), [corners], colour)
-
-
-def regions(figures, colours, opacity: float = 0.22) -> Drawing:
-    """Filled figures with their rims; each is an outline (n, 2) or a pair (outline, list of holes)."""
+def regions(figures) -> Drawing:
+    """Translucent figures with their rims; each is an outline (n, 2) or a pair (outline, list of holes)."""
     out = Drawing()
-    for figure, colour in zip(figures, colours, strict=True):
+    for figure, colour in zip(figures, cycle(PALETTE), strict=False):
         outline, holes = figure if isinstance(figure, tuple) and len(figure) == 2 else (figure, ())
-        out.region(outline, holes, _number(colour), opacity)
-        _outlined(out, [outline, *holes], colour)
+        out.region(outline, holes, int(colour[1:], 16), opacity=0.22)
+        for loop in (np.asarray(one, float) for one in (outline, *holes)):
+            loop = loop[:-1] if np.array_equal(loop[0], loop[-1]) else loop
+            points = np.column_stack((np.repeat(loop, 2, 0), np.zeros(2 * len(loop))))
+            out.lines(np.roll(points, -1, 0), np.tile(rgb(colour), (len(points), 1)))
     return out
 
 
@@ -168,22 +156,5 @@ def target(size: float = 42.0) -> Drawing:
     return out.solid(ball((0, 0, 0), 9, rgb(VERMILION)), FLAT, opacity=0.35, order=8)
 
 
-def _outlined(drawing: Drawing, loops, colour) -> Drawing:
-    for loop in loops:
-        loop = np.asarray(loop, float)
-        loop = loop[:-1] if np.array_equal(loop[0], loop[-1]) else loop
-        points = np.column_stack((np.repeat(loop, 2, 0), np.zeros(2 * len(loop))))
-        drawing.lines(np.roll(points, -1, 0), np.tile(rgb(colour), (len(points), 1)))
-    return drawing
-
-
 def _unit(v):
     return v / max(float(np.linalg.norm(v)), 1e-12)
-
-
-def _hex(colour) -> str:
-    return "#{:02x}{:02x}{:02x}".format(*rgb(colour))
-
-
-def _number(colour) -> int:
-    return int(_hex(colour)[1:], 16)

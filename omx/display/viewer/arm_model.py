@@ -6,11 +6,14 @@ built in a frame of its own, x forward, y left, z up, origin on the joint that m
 into its DH frame.
 """
 
+import functools
 import math
 
 import numpy as np
 
+from . import skeleton
 from .mesh import Solid, circle, slot
+from .threejs import GHOST, METAL, Drawing
 
 SERVO, SERVO_EDGE, LABEL = (52, 54, 58), (70, 73, 78), (126, 130, 136)
 BRACKET, BEAM, BEAM_EDGE = (92, 96, 103), (74, 78, 84), (104, 108, 115)
@@ -24,6 +27,44 @@ _HINGE = 36.0  # from a joint's axis to the outside of the hinge bracket's bridg
 _FINGER_TIP = 21.7  # the fingers end this far beyond the tool frame
 
 
+# ---- drawings ------------------------------------------------------------------------------------------------
+
+
+def is_our_arm(geometry) -> bool:
+    """Does the geometry name the lengths of the OpenMANIPULATOR-X, so that it can be drawn as one? None does not."""
+    return all(hasattr(geometry, name) for name in ("L1", "L2", "L3", "L4", "delta")) and len(geometry.chain) == 4
+
+
+def arm_drawings(chain, geometry, with_plate: bool = True) -> dict[int, Drawing]:
+    """The OpenMANIPULATOR-X with the lengths of `geometry`; a plain chain where that has none or names others."""
+    if not is_our_arm(geometry):
+        return skeleton.drawings(chain)
+    out = {i: Drawing().solid(solid, METAL) for i, solid in enumerate(links(geometry))}
+    if with_plate:
+        out[0].solid(plate(), METAL, casts=False, receives=True)
+    return out
+
+
+def finger_drawings(geometry) -> dict[str, Drawing]:
+    """The two fingers, which slide in the last link; none where the arm is drawn as a plain chain."""
+    if not is_our_arm(geometry):
+        return {}
+    return {name: Drawing().solid(s, METAL) for name, s in zip(("left", "right"), fingers(geometry), strict=True)}
+
+
+def ghost_drawings(chain, geometry, colour) -> dict[int, Drawing]:
+    """The same arm in one translucent colour (three integers), without details; what turns about a vertical
+    axis alone is left out, because another ghost or the arm itself often stands there."""
+    if not is_our_arm(geometry):
+        return skeleton.drawings(chain, colour, opacity=0.35)
+    hand = functools.reduce(Solid.add, fingers(geometry), Solid().add(links(geometry)[4]))
+    solids = {2: links(geometry)[2], 3: links(geometry)[3], 4: hand}
+    return {i: Drawing().solid(s.silhouette(colour), GHOST, opacity=0.3, casts=False) for i, s in solids.items()}
+
+
+# ---- solids --------------------------------------------------------------------------------------------------
+
+
 def plate(height: float = -8.0) -> Solid:
     """The aluminium base plate 350 x 300 x 8, its top at z = 0, with its rows of holes."""
     out = Solid().box((-110, -150, height), (240, 150, 0), PLATE, bevel=1.4)
@@ -34,17 +75,18 @@ def plate(height: float = -8.0) -> Solid:
     return out
 
 
-def links(geometry) -> list[Solid]:
+@functools.lru_cache(maxsize=8)
+def links(geometry) -> tuple[Solid, ...]:
     """The five moving and fixed parts of the arm, link 0 (base) to link 4 (gripper), each in its DH frame."""
     L1, L2, L3, L4 = (float(v) for v in (geometry.L1, geometry.L2, geometry.L3, geometry.L4))
     delta = float(geometry.delta)
-    return [
+    return (
         base(L1),
         turret(L1).moved(_into_frame((0.0, 0.0, L1), 0.0)),
         upper_arm(L2, delta).moved(_into_frame((L2 * math.sin(delta), 0.0, L2 * math.cos(delta)), math.pi / 2 - delta)),
         forearm(L3).moved(_into_frame((L3, 0.0, 0.0), 0.0)),
         wrist(L4).moved(_into_frame((L4, 0.0, 0.0), 0.0)),
-    ]
+    )
 
 
 def fingers(geometry) -> tuple[Solid, Solid]:

@@ -97,20 +97,16 @@ class Channel:
             raise NotImplementedError("Save a picture with the camera button of the scene, or in Playwright.")
         self.put(lowered["type"], lowered["path"], umsgpack.packb(lowered), str(lowered.get("property", "")))
 
-    def get_scene(self) -> str:
-        """The whole scene as one HTML page (what `Visualizer.static_html()` returns)."""
-        from .html_export import page
-
-        return page(self)
-
     def open(self):
         raise NotImplementedError("The scene has no address of its own: it lives in the notebook's output cell.")
 
     wait = open
 
-    def close(self) -> None:
-        """Stop posting; the scene itself is kept."""
-        self._post = None
+    def get_scene(self) -> str:
+        """The whole scene as one HTML page (what `Visualizer.static_html()` returns)."""
+        from .html_export import page
+
+        return page(self.log, {})
 
     # -- posting ------------------------------------------------------------------------------------------
 

@@ -5,6 +5,7 @@ does not have. Only its viewer is needed, and that is a file.
 """
 
 import functools
+import math
 
 import numpy as np
 import umsgpack
@@ -13,14 +14,7 @@ _FLOAT64 = 0xCB
 _NUMBER = np.dtype([("code", "u1"), ("value", ">f8")])
 _TO_M = np.array([[1.0, 1.0, 1.0, 1e-3]] * 3 + [[1.0] * 4])
 #: msgpack extension codes that the viewer turns into typed arrays.
-_TYPED = {
-    "int8": (0x11, "Int8Array"),
-    "uint8": (0x12, "Uint8Array"),
-    "int16": (0x13, "Int16Array"),
-    "uint16": (0x14, "Uint16Array"),
-    "uint32": (0x16, "Uint32Array"),
-    "float32": (0x17, "Float32Array"),
-}
+TYPED = {"int8": 0x11, "uint8": 0x12, "int16": 0x13, "uint16": 0x14, "uint32": 0x16, "float32": 0x17}
 
 
 def plain(value):
@@ -38,14 +32,13 @@ def plain(value):
 
 def typed(array) -> umsgpack.Ext:
     """A NumPy array as a typed array of the viewer: half the bytes of a list and no parsing."""
-    code, _ = _TYPED[array.dtype.name]
-    return umsgpack.Ext(code, np.ascontiguousarray(array).tobytes())
+    return umsgpack.Ext(TYPED[array.dtype.name], np.ascontiguousarray(array).tobytes())
 
 
 def attribute(array, normalized: bool = False) -> dict:
     """A vertex attribute (n, k), or an index (n,), in the viewer's JSON."""
     size = 1 if array.ndim == 1 else array.shape[1]
-    kind = _TYPED[array.dtype.name][1]
+    kind = f"{array.dtype.name.capitalize()}Array"
     return {"itemSize": size, "type": kind, "array": typed(array), "normalized": normalized}
 
 
@@ -65,3 +58,46 @@ def set_transform(path: str, T) -> bytes:
 def _transform_head(path: str) -> bytes:
     """Everything of a `set_transform` but its 16 numbers: it never changes."""
     return pack("set_transform", path, matrix=[0] * 16)[:-16]
+
+
+# ---- animations: the frames of a motion as keyframe tracks that the viewer plays by itself ---------------------
+
+
+def play(paths: dict, seconds: float, loop: bool) -> bytes:
+    """A `set_animation` command. `paths` maps a node to its poses, (N, 4, 4) in mm, spread over `seconds`."""
+    animations = [{"path": path, "clip": _clip(np.array(poses), seconds)} for path, poses in paths.items()]
+    options = {"play": True, "repetitions": math.inf if loop else 1}
+    return pack("set_animation", "", animations=animations, options=options)
+
+
+def stop_playing() -> bytes:
+    """A `set_animation` that ends the one that is playing."""
+    return pack("set_animation", "", animations=[], options={"play": False})
+
+
+def _clip(poses, seconds: float) -> dict:
+    times = np.linspace(0, seconds, len(poses)).astype(np.float32)
+    position = (1e-3 * poses[:, :3, 3]).astype(np.float32)
+    turn = quaternions(poses[:, :3, :3]).astype(np.float32)
+    tracks = [_track("position", "vector3", times, position), _track("quaternion", "quaternion", times, turn)]
+    return {"fps": 1, "name": "default", "tracks": tracks}
+
+
+def _track(name: str, kind: str, times, values) -> dict:
+    return {"name": f".{name}", "type": kind, "times": typed(times), "values": typed(values.ravel())}
+
+
+def quaternions(rotations):
+    """Unit quaternions (N, 4), x y z w, of rotation matrices (N, 3, 3), with no jump of sign between neighbours."""
+    m = np.asarray(rotations, float)
+    turned, trace = m.swapaxes(1, 2), np.trace(m, axis1=1, axis2=2)
+    products = np.empty((len(m), 4, 4))  # four times those of every two components
+    products[:, :3, :3] = m + turned + (1 - trace)[:, None, None] * np.eye(3)
+    products[:, 3, :3] = products[:, :3, 3] = (m - turned)[:, (2, 0, 1), (1, 2, 0)]
+    products[:, 3, 3] = 1 + trace
+    # The row of the largest component: to divide by that one never loses digits.
+    out = products[np.arange(len(m)), np.einsum("nii->ni", products).argmax(axis=1)]
+    out /= np.linalg.norm(out, axis=1, keepdims=True)
+    flips = np.sign(np.einsum("ij,ij->i", out[1:], out[:-1]))
+    out[1:] *= np.cumprod(np.where(flips < 0, -1.0, 1.0))[:, None]
+    return out

@@ -2,7 +2,7 @@
 // Lengths in mm, angles in rad; a matrix is a list of rows.
 (function () {
   "use strict";
-  const about = window.OMX_CONFIG?.row, viewer = window.omxScene?.viewer;
+  const about = window.OMX_CONFIG?.row, stage = window.omxScene, viewer = stage?.viewer;
   if (!about || !viewer) return;
   const { link, product, columns, IDENTITY } = window.OMX_ARM, { THREE } = MeshCat;
   const ALONG_X = [[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]];
@@ -41,10 +41,9 @@
     }
   }
 
-  window.addEventListener("message", ({ data, source }) => {
-    if (source !== window.parent || source === window || data?.omx !== "row") return;
-    const [theta, d, a, alpha] = data.row, lifted = link(theta, d, 0, 0), shifted = link(theta, d, a, 0);
-    for (const name of ["last", "next_axis"]) viewer.set_transform(["meshcat", "notes", name], columns(link(...data.row)));
+  stage.said.row = ({ row }) => {
+    const [theta, d, a, alpha] = row, lifted = link(theta, d, 0, 0), shifted = link(theta, d, a, 0);
+    for (const name of ["last", "next_axis"]) viewer.set_transform(["meshcat", "notes", name], columns(link(...row)));
     const [x, y, z] = [0, 1, 2].map((i) => lifted[i][3]), [u, v, w] = [0, 1, 2].map((i) => shifted[i][3]);
     const lengths = [["d", d, IDENTITY, [x / 2 - 14, y / 2 - 14, z / 2]],
       ["a", a, product(lifted, ALONG_X), [(x + u) / 2, (y + v) / 2, (z + w) / 2 + 13]]];
@@ -55,5 +54,5 @@
       mark(name, angle, Math.abs(angle) < 0.02 ? [] : arc(Math.abs(angle)), frame, middle);
     }
     viewer.set_dirty();
-  });
+  };
 })();

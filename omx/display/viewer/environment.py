@@ -1,4 +1,4 @@
-"""What surrounds the arm: camera, lights, ground and background."""
+"""What surrounds the arm: camera, lights and ground."""
 
 import math
 from enum import Enum
@@ -9,9 +9,12 @@ from ...arrays import shown
 from ...errors import BadInput
 from .threejs import Drawing
 
-_CAMERA = "/Cameras/default/rotated/<object>"
+CAMERA = "/Cameras/default/rotated/<object>"
 #: Narrow, so that parallel beams look parallel.
 _FIELD_OF_VIEW = 28
+#: Directions and strengths of the two lamps; the first one casts the shadows.
+LAMPS = (((0.55, -0.75, 1.3), 0.62), ((-0.9, 0.6, 0.7), 0.28))
+_THEIR_LAMPS = ("PointLightNegativeX", "PointLightPositiveX", "AmbientLight", "FillLight")
 
 
 class Camera(Enum):
@@ -37,11 +40,6 @@ class Camera(Enum):
         return {"target": _y_up(aim), "position": _y_up(position)}
 
 
-def presets(aim, distance: float) -> dict:
-    """Every camera, for the buttons in the scene."""
-    return {camera.name.lower(): camera.place(aim, distance) for camera in Camera}
-
-
 def fitting(half_height: float) -> float:
     """How far (m) a camera must be to see so much (m) above and below its aim, with a margin of a tenth."""
     return 1.1 * half_height / math.tan(math.radians(_FIELD_OF_VIEW / 2))
@@ -54,53 +52,45 @@ def set_camera(channel, camera: Camera, aim, distance: float) -> None:
     """
     with channel.batch():
         for name, value in {"fov": _FIELD_OF_VIEW, **camera.place(aim, distance)}.items():
-            channel.set(_CAMERA, name, value)
+            channel.set(CAMERA, name, value)
 
 
 def set_light(channel) -> None:
-    """Soft light from above with one lamp that casts shadows, instead of the viewer's own lamps."""
-    lamp = {"color": 0xFFFFFF, "castShadow": False}
+    """Soft light from above and our lamps, instead of the viewer's own."""
     shadow = {"camera": {"type": "OrthographicCamera", "uuid": "c", "left": -0.5, "right": 0.5, "top": 0.55,
                          "bottom": -0.45, "near": 0.2, "far": 3.0, "zoom": 1},
               "mapSize": [1024, 1024], "radius": 3.5, "bias": -0.0006, "normalBias": 0.004}  # fmt: skip
     lights = Drawing()
     lights.plain("HemisphereLight", color=0xFFFFFF, groundColor=0xAFABA4, intensity=0.6)
-    lights.plain("DirectionalLight", position=[0.55, -0.75, 1.3], intensity=0.62, shadow=shadow,
-                 **{**lamp, "castShadow": True})  # fmt: skip
-    lights.plain("DirectionalLight", position=[-0.9, 0.6, 0.7], intensity=0.28, **lamp)
+    for (position, intensity), more in zip(LAMPS, ({"castShadow": True, "shadow": shadow}, {}), strict=True):
+        lights.plain("DirectionalLight", color=0xFFFFFF, position=position, intensity=intensity, **more)
     with channel.batch():
-        for name in ("PointLightNegativeX", "PointLightPositiveX", "AmbientLight", "FillLight"):
-            channel.set(f"/Lights/{name}", "visible", False)
-        for name in ("Grid", "Axes"):
-            channel.set(f"/{name}", "visible", False)
+        for path in (*(f"/Lights/{name}" for name in _THEIR_LAMPS), "/Grid", "/Axes"):
+            channel.set(path, "visible", False)
         channel.draw("/meshcat/lights", lights)
 
 
-def set_ground(channel, height: float, dark: bool, half: float = 500.0, step: float = 50.0) -> None:
-    """A grid of `step` mm at `height` (mm) that fades towards its rim, and the shadow of what stands on it."""
-    background = np.array((56, 63, 72) if dark else (255, 255, 255), float)
-    ink = np.array((112, 121, 132) if dark else (186, 193, 201), float)
-    points, colours = _grid(half, step, background, ink)
+def set_ground(channel, height: float, half: float) -> None:
+    """A grid of `half` mm each way at `height` (mm) that fades towards its rim, and the shadow of what stands on it.
+
+    The sky, and how all this looks at night, is in `scene.js`.
+    """
+    points = _grid(half, half / 10)
+    fade = np.clip(1 - np.hypot(*points.T) / half, 0, 1) ** 0.6
     level = np.full(len(points), height - 0.4)
-    ground = Drawing().lines(np.column_stack((points, level)), colours)
+    ground = Drawing().lines(np.column_stack((points, level)), [(186, 193, 201, 255 * share) for share in fade])
     ground.mesh({"type": "PlaneGeometry", "width": 1.8e-3 * half, "height": 1.8e-3 * half},
-                {"type": "ShadowMaterial", "color": 0, "opacity": 0.55 if dark else 0.26, "transparent": True},
+                {"type": "ShadowMaterial", "color": 0, "opacity": 0.26, "transparent": True},
                 position=[0, 0, 1e-3 * height - 6e-4], receiveShadow=True)  # fmt: skip
-    top, bottom = ((74, 83, 94), (44, 50, 58)) if dark else ((255, 255, 255), (240, 243, 246))
-    with channel.batch():
-        channel.draw("/meshcat/ground", ground)
-        for name, colour in (("top_color", top), ("bottom_color", bottom)):
-            channel.set("/Background", name, [c / 255 for c in colour])
+    channel.draw("/meshcat/ground", ground)
 
 
-def _grid(half: float, step: float, background, ink):
-    """Lines of a grid in short pieces: points (2n, 2) and colours (2n, 3) that fade into the background."""
+def _grid(half: float, step: float):
+    """Lines of a grid in short pieces: points (2n, 2)."""
     ticks = np.arange(-half, half + step / 2, step)
     along, across = np.meshgrid(np.stack((ticks[:-1], ticks[1:]), axis=1).ravel(), ticks)
     points = np.stack((along.ravel(), across.ravel()), axis=1)
-    points = np.concatenate((points, points[:, ::-1]))
-    fade = np.clip(1 - np.hypot(*points.T) / half, 0, 1)[:, None] ** 0.6
-    return points, background + fade * (ink - background)
+    return np.concatenate((points, points[:, ::-1]))
 
 
 def _y_up(point) -> list[float]:

@@ -16,25 +16,20 @@ def shell(config: dict) -> str:
     return script("shell.html").replace("/*config*/{}", json.dumps(config).replace("<", "\\u003c"))
 
 
-def scene_data(
-    channel, night: dict[tuple, bytes] | None = None, *, apart: bool = False
-) -> tuple[str, dict[str, bytes]]:
-    """The scene as text (its commands' keys and bytes, gzipped, base64), and its objects if they are to stand `apart`.
+def scene_data(log: dict) -> tuple[str, dict[str, bytes]]:
+    """The scene of a channel's `log` as text (its commands' keys and bytes, gzipped, base64), and its objects apart.
 
-    Objects that stand apart are named by their content, and only their names are in the text. Commands of `night`
-    have a fourth word in their key, `night`; they are for a page whose theme is dark.
+    Objects are named by their content, and only their names are in the text.
     """
-    commands = channel.log | {(*key, "night"): data for key, data in (night or {}).items()}
-    objects = {key: data for key, data in commands.items() if apart and key[0] == "set_object"}
-    names = {key: name_of(data) for key, data in objects.items()}
-    head = [[*key, names.get(key, len(data))] for key, data in commands.items()]
-    rest = [data for key, data in commands.items() if key not in names]
-    return _base64(_gzip(_packed(head, rest))), {names[key]: data for key, data in objects.items()}
+    names = {key: name_of(data) for key, data in log.items() if key[0] == "set_object"}
+    head = [[*key, names.get(key, len(data))] for key, data in log.items()]
+    rest = [data for key, data in log.items() if key not in names]
+    return _text(head, rest), {name: log[key] for key, name in names.items()}
 
 
 def packed_objects(objects: dict[str, bytes]) -> str:
     """Objects by their names as text, as a placeholder and the site's script carry them."""
-    return _base64(_gzip(_packed([[name, len(data)] for name, data in objects.items()], objects.values())))
+    return _text([[name, len(data)] for name, data in objects.items()], objects.values())
 
 
 def unpacked_objects(text: str) -> dict[str, bytes]:
@@ -48,24 +43,24 @@ def unpacked_objects(text: str) -> dict[str, bytes]:
     return out
 
 
-def page(channel, config: dict | None = None) -> str:
+def page(log: dict, config: dict) -> str:
     """The whole scene as one page that needs nothing else."""
-    data = f'<script type="text/plain" id="scene">{scene_data(channel)[0]}</script>'
-    viewer = f'<script type="text/plain" id="viewer">{_base64(packed()[1])}</script>'
-    start = f"<script>{script('start.js')}</script>"
-    return shell(config or {}).replace("<!--viewer-->", data + viewer + start)
+    scene = _text([[*key, len(data)] for key, data in log.items()], log.values())
+    texts = {"scene": scene, "viewer": _base64(packed()[1])}.items()
+    data = "".join(f'<script type="text/plain" id="{name}">{text}</script>' for name, text in texts)
+    return shell(config).replace("<!--viewer-->", f"{data}<script>{script('start.js')}</script>")
 
 
-def frame(channel, config: dict, height: int, title: str) -> str:
+def frame(log: dict, config: dict, height: int, title: str) -> str:
     """A sandboxed frame that holds `page`: scripts run, but cannot reach the page around it."""
     style = f"width:100%;height:{height}px;border:0;display:block"
     return (
         f'<iframe class="omx-scene" sandbox="allow-scripts allow-downloads" loading="lazy" '
-        f'title="{html.escape(title)}" style="{style}" srcdoc="{html.escape(page(channel, config))}"></iframe>'
+        f'title="{html.escape(title)}" style="{style}" srcdoc="{html.escape(page(log, config))}"></iframe>'
     )
 
 
-def placeholder(channel, config: dict, height: int, title: str, night: dict | None = None) -> str:
+def placeholder(log: dict, config: dict, height: int, title: str) -> str:
     """A mark that the site's script (`write_site_script`) turns into a frame when the reader comes near.
 
     It holds the whole scene. A site may take out of it (`data-objects`) what its script already has. For paper there is
@@ -73,12 +68,12 @@ def placeholder(channel, config: dict, height: int, title: str, night: dict | No
     """
     from .poster import poster
 
-    scene, objects = scene_data(channel, night, apart=True)
+    scene, objects = scene_data(log)
     config = html.escape(json.dumps(config, separators=(",", ":")), quote=False).replace("'", "&#39;")
     return (
         f'<div class="omx-scene" role="img" aria-label="{html.escape(title)}" style="width:100%;height:{height}px" '
         f'data-config=\'{config}\' data-scene="{scene}" data-objects="{packed_objects(objects)}" '
-        f'data-poster="{_base64(poster(channel.log, height))}"></div>'
+        f'data-poster="{_base64(poster(log, height))}"></div>'
     )
 
 
@@ -100,14 +95,10 @@ def name_of(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()[:12]
 
 
-def _packed(head: list, parts) -> bytes:
-    """A length, a JSON head, and bytes: what `start.js` takes apart."""
-    text = json.dumps(head).encode()
-    return struct.pack("<I", len(text)) + text + b"".join(parts)
-
-
-def _gzip(data: bytes) -> bytes:
-    return gzip.compress(data, 9, mtime=0)
+def _text(head: list, parts) -> str:
+    """A length, a JSON head, and bytes, gzipped, as text: what `start.js` takes apart."""
+    told = json.dumps(head).encode()
+    return _base64(gzip.compress(struct.pack("<I", len(told)) + told + b"".join(parts), 9, mtime=0))
 
 
 def _base64(data: bytes) -> str:

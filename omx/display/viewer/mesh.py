@@ -13,11 +13,8 @@ class Solid:
     """Triangles collected from primitives; each method adds one and returns the solid, for chaining."""
 
     def __init__(self):
-        self._points: list = []
-        self._normals: list = []
-        self._colours: list = []
-        self._faces: list = []
-        self._detail: list[bool] = []
+        #: Points, normals and colours (n, 3), faces (m, 3), and whether a silhouette leaves them out.
+        self._parts: list[tuple] = []
 
     def box(self, low, high, colour, bevel: float = 0.8) -> "Solid":
         """A box between two opposite corners `low` and `high` (3,), its edges cut by `bevel`."""
@@ -69,22 +66,22 @@ class Solid:
         """Triangles as they are: points and normals (n, 3), faces (m, 3), anticlockwise seen from outside."""
         points = np.asarray(points, dtype=float)
         colours = np.tile(np.array(colour, dtype=np.uint8), (len(points), 1))
-        self._append(points, np.asarray(normals, dtype=float), colours, np.asarray(faces), detail)
+        self._parts.append((points, np.asarray(normals, dtype=float), colours, np.asarray(faces), detail))
         return self
 
     def add(self, other: "Solid", matrix=None) -> "Solid":
         """Add another solid, moved by a rigid 4x4 `matrix`."""
         rotation, shift = (np.eye(3), 0.0) if matrix is None else (matrix[:3, :3], matrix[:3, 3])
-        for points, normals, colours, faces, detail in other._parts():
-            self._append(points @ rotation.T + shift, normals @ rotation.T, colours, faces, detail)
+        for points, normals, *rest in other._parts:
+            self._parts.append((points @ rotation.T + shift, normals @ rotation.T, *rest))
         return self
 
     def silhouette(self, colour) -> "Solid":
         """A copy in one colour and without its screws, for a ghost."""
         out = Solid()
-        for points, normals, colours, faces, detail in self._parts():
+        for points, normals, colours, faces, detail in self._parts:
             if not detail:
-                out._append(points, normals, np.broadcast_to(np.uint8(colour), colours.shape), faces, False)
+                out._parts.append((points, normals, np.broadcast_to(np.uint8(colour), colours.shape), faces, False))
         return out
 
     def moved(self, matrix) -> "Solid":
@@ -96,29 +93,14 @@ class Solid:
 
         Points (n, 3) int16, normals (n, 3) int8, colours (n, 3) uint8, index (m,) uint16 (uint32 if need be).
         """
-        points, normals, colours, faces = self._stacked()
+        points, normals, colours, faces, _ = zip(*self._parts, strict=True)
+        first = np.cumsum([0, *map(len, points[:-1])])
+        faces = np.concatenate([f + n for f, n in zip(faces, first, strict=True)])
+        points, normals, colours = map(np.concatenate, (points, normals, colours))
         unit = max(float(np.abs(points).max()), 1e-6) * 1e-3 / 32767
         points = np.rint(points * (1e-3 / unit)).astype(np.int16)
         index = faces.ravel().astype(np.uint16 if len(points) < 65536 else np.uint32)
         return points, unit, np.rint(normals * 127).astype(np.int8), colours, index
-
-    def bounds(self):
-        """The box around the solid, mm: two corners (3,)."""
-        points = self._stacked()[0]
-        return points.min(axis=0), points.max(axis=0)
-
-    def _append(self, points, normals, colours, faces, detail) -> None:
-        for kept, new in ((self._points, points), (self._normals, normals), (self._colours, colours),
-                          (self._faces, faces), (self._detail, detail)):  # fmt: skip
-            kept.append(new)
-
-    def _parts(self):
-        return list(zip(self._points, self._normals, self._colours, self._faces, self._detail, strict=True))
-
-    def _stacked(self):
-        first = np.cumsum([0] + [len(p) for p in self._points[:-1]])
-        faces = np.concatenate([f + n for f, n in zip(self._faces, first, strict=True)])
-        return *(np.concatenate(a) for a in (self._points, self._normals, self._colours)), faces
 
 
 def circle(radius: float, sides: int = 28, centre=(0.0, 0.0)):

@@ -37,14 +37,6 @@ class Figure:
             self._shown = shown
             self._channel.set(self._root, "visible", shown)
 
-    def fade(self, opacity: float) -> None:
-        """Make every surface translucent: 1 is solid."""
-        self._channel.set(self._root, "color", [1.0, 1.0, 1.0, float(opacity)])
-
-    def remove(self) -> None:
-        """Take the figure out of the scene."""
-        self._channel.delete(self._root)
-
 
 class Trail:
     """A line that grows with each pose, in short pieces; `add` is cheap when the point has hardly moved."""
@@ -66,8 +58,3 @@ class Trail:
         self._channel.draw(f"{self.root}/{self._piece}", polyline(self._points))
         if len(self._points) == _PIECE:
             self._points, self._piece = self._points[-1:], self._piece + 1
-
-    def clear(self) -> None:
-        """Forget the trail and start again at the next point."""
-        self._points, self._piece = [], 0
-        self._channel.delete(self.root)

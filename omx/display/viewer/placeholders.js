@@ -26,12 +26,20 @@
     frame.srcdoc = page(box);
     box.dataset.dark = isDark();
     box.append(frame);
+    reached(box, true);
     filled.push(box);
     for (const old of filled.filter((b) => !near.has(b)).slice(0, Math.max(0, filled.length - MOST_FRAMES))) {
       old.replaceChildren();
+      reached(old, false);
       delete old.dataset.ready;
       filled.splice(filled.indexOf(old), 1);
     }
+  }
+
+  // Tab comes to a frame that is not there yet, and from it goes on into the scene, which is no single picture then.
+  function reached(box, isThere) {
+    box.tabIndex = isThere ? -1 : 0;
+    box.setAttribute("role", isThere ? "group" : "img");
   }
 
   const near = new Set();
@@ -58,7 +66,10 @@
   });
 
   function begin() {
-    for (const box of document.querySelectorAll(".omx-scene[data-scene]")) watch.observe(box);
+    for (const box of document.querySelectorAll(".omx-scene[data-scene]")) {
+      reached(box, false);
+      watch.observe(box);
+    }
   }
   if (document.readyState === "loading") document.addEventListener("DOMContentLoaded", begin);
   else begin();

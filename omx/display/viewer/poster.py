@@ -4,10 +4,7 @@ Triangles go through a depth buffer, at twice the size, and the result is halved
 simpler light. The same scene gives the same bytes.
 """
 
-import base64
-import html
 import io
-import re
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,29 +13,29 @@ import numpy as np
 import umsgpack
 from PIL import Image, ImageDraw, ImageFilter, ImageFont
 
+from .commands import TYPED
+from .environment import CAMERA, LAMPS
+
 #: Drawn this many times larger, then made smaller: smooth edges.
 FINE = 2
 WIDTH = 760
 COLOURS = 128
 #: So many pixels are looked at together.
 AT_ONCE = 1_000_000
-#: Directions (3,) and strengths of the two lamps, and what comes from everywhere; as `environment.set_light` has them.
-LAMPS = ((np.array([0.55, -0.75, 1.3]), 0.62), (np.array([-0.9, 0.6, 0.7]), 0.28))
+#: The light that comes from everywhere, and how much of it a shadow takes.
 SKY = 0.5
 SHADOW = 0.17
 _FONT = Path(matplotlib.get_data_path(), "fonts/ttf/DejaVuSans-Bold.ttf")
-_WORDS = re.compile(r'fill="(#\w+)"[^>]*>([^<]*)(?:<tspan[^>]*>([^<]*)</tspan>)?</text>')
-_DTYPES = {0x11: "i1", 0x12: "u1", 0x13: "<i2", 0x14: "<u2", 0x15: "<i4", 0x16: "<u4", 0x17: "<f4", 0x18: "<f8"}
-_CAMERA = "/Cameras/default/rotated/<object>"
+_DTYPES = {code: np.dtype(name).newbyteorder("<") for name, code in TYPED.items()}
 
 
 class Part(NamedTuple):
-    """One child of a drawing where it stands: three.js JSON, its parts by their names, and what its node adds."""
+    """One child of a drawing where it stands: three.js JSON, its parts by their names, and how opaque it is."""
 
     about: dict
     parts: dict
     place: np.ndarray
-    opacity: float | None
+    opacity: float
 
     @property
     def material(self) -> dict:
@@ -54,16 +51,12 @@ class Part(NamedTuple):
     def on_top(self) -> bool:
         return self.material.get("depthTest") is False
 
-    def faded(self) -> float:
-        """Its opacity: that of its node, or its own."""
-        return self.material.get("opacity", 1.0) if self.opacity is None else self.opacity
-
 
 class Lens:
     """The camera: points (n, 3) in metres become columns, rows, and a depth that grows away from the eye."""
 
     def __init__(self, log: dict, width: int, height: int):
-        told = {name: umsgpack.unpackb(data)["value"] for (_, path, name), data in log.items() if path == _CAMERA}
+        told = {name: umsgpack.unpackb(data)["value"] for (_, path, name), data in log.items() if path == CAMERA}
         eye, aim = (np.array([x, -z, y]) for x, y, z in (told["position"], told["target"]))  # from axes with y up
         ahead = _unit(aim - eye)
         right = _unit(np.cross(ahead, (0.0, 0.0, 1.0)))
@@ -98,8 +91,8 @@ class Sheet:
             drawn[cell[seen]] = True
         self.put(np.flatnonzero(drawn), layer[drawn], opacity)
 
-    def put(self, cells, colours, opacity: float) -> None:
-        """Lay colours over what is there."""
+    def put(self, cells, colours, opacity) -> None:
+        """Lay colours over what is there; `opacity` is one number, or one a cell (n, 1)."""
         self.colour[cells] += opacity * (colours - self.colour[cells])
 
 
@@ -108,14 +101,15 @@ def poster(log: dict, height: int, width: int = WIDTH) -> bytes:
     lens, sheet = Lens(log, FINE * width, FINE * height), Sheet(FINE * width, FINE * height)
     parts = sorted(_parts(log), key=lambda part: part.about.get("renderOrder", 0))
     meshes = [part for part in parts if part.about["type"] == "Mesh"]
-    solids = [part for part in meshes if part.geometry["type"] == "BufferGeometry"]
-    lines = [part for part in parts if part.about["type"] == "LineSegments"]
-    _shadows(sheet, lens, [part for part in solids if part.about.get("castShadow")], _floor(log))
-    for part in (part for part in lines if not part.on_top()):
+    grounds, solids, shapes = (
+        [part for part in meshes if part.geometry["type"] == f"{kind}Geometry"] for kind in ("Plane", "Buffer", "Shape")
+    )
+    _shadows(sheet, lens, [part for part in solids if part.about.get("castShadow")], grounds[0].place[2, 3])
+    for part in (part for part in parts if part.about["type"] == "LineSegments"):
         _draw_lines(sheet, lens, part)
-    for part in sorted(solids, key=lambda part: part.on_top() + (part.faded() < 1) / 2):
+    for part in sorted(solids, key=lambda part: part.on_top() + (part.opacity < 1) / 2):
         _draw_solid(sheet, lens, part)
-    for part in (part for part in meshes if part.geometry["type"] == "ShapeGeometry"):
+    for part in shapes:
         _draw_shape(sheet, lens, part)
     picture = Image.fromarray(sheet.colour.round().astype(np.uint8).reshape(*sheet.shape, 3))
     picture = picture.resize((width, height), Image.Resampling.BOX)
@@ -147,7 +141,8 @@ def _parts(log: dict):
         named = {item["uuid"]: item for kept in ("geometries", "materials", "textures", "images", "shapes")
                  for item in lowered.get(kept, ())}  # fmt: skip
         for child in lowered["object"]["children"]:
-            yield Part(child, named, place @ _local(child), fades[-1] if fades else None)
+            own = named.get(child.get("material"), {}).get("opacity", 1.0)
+            yield Part(child, named, place @ _local(child), fades[-1] if fades else own)
 
 
 def _told(told: dict, path: str, name: str, otherwise):
@@ -159,12 +154,6 @@ def _local(child: dict):
     local = np.diag([*child.get("scale", (1, 1, 1)), 1.0])
     local[:3, 3] = child.get("position", (0, 0, 0))
     return local
-
-
-def _floor(log: dict) -> float:
-    """The height of the ground, m: where its shadow lies."""
-    ground = umsgpack.unpackb(log["set_object", "/meshcat/ground", ""])["object"]["object"]["children"]
-    return next(child["position"][2] for child in ground if child.get("receiveShadow"))
 
 
 def _array(lowered: dict):
@@ -182,7 +171,7 @@ def _at(part: Part, points):
 
 def _draw_solid(sheet: Sheet, lens: Lens, part: Part) -> None:
     points, faces = lens(_at(part, part.array("position").astype(float))), _faces(part)
-    sheet.triangles(points, _lit(part), faces[_to_the_eye(points, faces)], part.faded(), part.on_top())
+    sheet.triangles(points, _lit(part), faces[_to_the_eye(points, faces)], part.opacity, part.on_top())
 
 
 def _faces(part: Part):
@@ -237,7 +226,7 @@ def _lit(part: Part):
 def _shadows(sheet: Sheet, lens: Lens, solids: list[Part], floor: float) -> None:
     """The shadow of the first lamp on the ground, with a soft rim."""
     mask = Image.new("L", sheet.shape[::-1])
-    pen, slope = ImageDraw.Draw(mask), LAMPS[0][0] / LAMPS[0][0][2]
+    pen, slope = ImageDraw.Draw(mask), np.divide(LAMPS[0][0], LAMPS[0][0][2])
     for part in solids:
         points = _at(part, part.array("position").astype(float))
         points = lens(points - (points[:, 2:] - floor) * slope)[:, :2]
@@ -250,7 +239,8 @@ def _shadows(sheet: Sheet, lens: Lens, solids: list[Part], floor: float) -> None
 def _draw_lines(sheet: Sheet, lens: Lens, part: Part) -> None:
     """Separate thin lines, in pieces of a pixel."""
     ends = lens(_at(part, part.array("position"))).reshape(-1, 2, 3)
-    colours = part.array("color")[::2, :3].astype(float)
+    colours = part.array("color")[::2].astype(float)
+    opacity = colours[:, 3:] / 255 if colours.shape[1] == 4 else np.ones((len(colours), 1))
     count = np.ceil(np.abs(np.diff(ends, axis=1))[:, 0, :2].max(axis=1)).astype(int).clip(1, 4000)
     line = np.repeat(np.arange(len(ends)), count)
     share = (np.arange(len(line)) - np.repeat(np.cumsum(count) - count, count)) / count[line]
@@ -258,7 +248,8 @@ def _draw_lines(sheet: Sheet, lens: Lens, part: Part) -> None:
     column, row = dots[:, :2].astype(int).T
     rows, columns = sheet.shape
     inside = (dots[:, :2] >= 0).all(axis=1) & (column < columns) & (row < rows)
-    sheet.put((row * columns + column)[inside], colours[line[inside]], 1.0)
+    line = line[inside]
+    sheet.put((row * columns + column)[inside], colours[line, :3], opacity[line])
 
 
 def _draw_shape(sheet: Sheet, lens: Lens, part: Part) -> None:
@@ -276,25 +267,24 @@ def _draw_shape(sheet: Sheet, lens: Lens, part: Part) -> None:
     row, column = np.divmod(cells, sheet.shape[1])
     seen = plane @ (column + 0.5, row + 0.5, np.ones(len(cells))) < sheet.depth[cells]
     colour = np.array([part.material["color"] >> shift & 255 for shift in (16, 8, 0)], float)
-    sheet.put(cells[seen], colour, part.faded())
+    sheet.put(cells[seen], colour, part.opacity)
 
 
 def _write(picture: Image.Image, lens: Lens, part: Part) -> None:
     """A label, over everything: its words and a smaller subscript, with a pale rim."""
-    texture = part.parts[part.material["map"]]
-    svg = base64.b64decode(part.parts[texture["image"]]["url"].partition(",")[2]).decode()
-    colour, stem, low = _WORDS.search(svg).groups()
+    told = part.about["userData"]
+    stem, _, low = told["words"].partition("_")
     size = part.about["scale"][1] / (2 * np.tan(np.arctan(0.5 * picture.height / lens.scale))) * picture.height
     ((column, row, _),) = lens(part.place[None, :3, 3])
-    pieces = [(html.unescape(stem), 46 / 64, 0.0), (html.unescape(low or ""), 34 / 64, 10 / 64)]
+    pieces = [(stem, 46 / 64, 0.0), (low, 34 / 64, 10 / 64)]
     fonts = [ImageFont.truetype(str(_FONT), max(6.0, share * size)) for _, share, _ in pieces]
     lengths = [font.getlength(text) for font, (text, _, _) in zip(fonts, pieces, strict=True)]
     at, pen = column - 0.5 * sum(lengths), ImageDraw.Draw(picture)
     for font, (text, _, drop), length in zip(fonts, pieces, lengths, strict=True):
-        pen.text((at, row + (12 / 64 + drop) * size), text, colour, font, "ls", stroke_width=2, stroke_fill="#fff")
-        pen.text((at, row + (12 / 64 + drop) * size), text, colour, font, "ls")
+        pen.text((at, row + (12 / 64 + drop) * size), text, told["ink"], font, "ls", stroke_width=2, stroke_fill="#fff")
+        pen.text((at, row + (12 / 64 + drop) * size), text, told["ink"], font, "ls")
         at += length
 
 
 def _unit(vector):
-    return vector / np.linalg.norm(vector)
+    return np.divide(vector, np.linalg.norm(vector))

@@ -10,7 +10,7 @@
   } catch (error) {
     pane.textContent = "This browser offers no WebGL, so the 3-D scene cannot be drawn (" + error.message + ").";
     pane.style.font = "14px sans-serif";
-    window.omxScene = { apply() {}, theme() {}, capture: () => null };
+    window.omxScene = { apply() {}, theme() {} };
     return;
   }
 
@@ -30,18 +30,30 @@
   viewer.set_object = (path, object) => {
     if (!wanted.has("/" + path.join("/"))) return;
     setObject(path, object);
-    if (dark) relabel();
+    if (dark) dress();
   };
 
-  // What looks otherwise where the page around is dark: the commands for the night come first, and the same by day.
-  const night = new Map(), day = new Map();
-  let dark = false;
+  // What looks otherwise where the page around is dark: the sky, the grid (a factor of its ink), how deep shadows are, and words.
+  const DAY = { top: [255, 255, 255], bottom: [240, 243, 246], grid: 0xffffff, shadow: 0.26 };
+  const NIGHT = { top: [74, 83, 94], bottom: [44, 50, 58], grid: 0x9aa0a8, shadow: 0.55 };
+  let dark = document.documentElement.classList.contains("dark");
   function theme(now) {
     dark = now;
     document.documentElement.classList.toggle("dark", dark);
-    for (const command of (dark ? night : day).values()) draw(command);
-    relabel();
+    dress();
   }
+  function dress() {
+    const { top, bottom, grid, shadow } = dark ? NIGHT : DAY;
+    viewer.set_property(["Background"], "top_color", top.map((c) => c / 255));
+    viewer.set_property(["Background"], "bottom_color", bottom.map((c) => c / 255));
+    viewer.scene_tree.find(["meshcat", "ground"]).object.traverse(({ material }) => {
+      if (material?.isShadowMaterial) material.opacity = shadow;
+      else material?.color.set(grid);
+    });
+    relabel();
+    viewer.set_dirty();
+  }
+  dress();
 
   // Words are pictures, drawn for a light stage: at night their ink is pale and their rim is dark.
   function relabel() {
@@ -63,13 +75,6 @@
   const properties = new Map(); // the newest of each, by path and name
   let size = 1; // of what is drawn, as a multiple of what was drawn first
   function take(command) {
-    const { type, path, name, when } = command, key = `${type} ${path} ${name}`;
-    if (when) night.set(key, command);
-    else if (night.has(key)) day.set(key, command);
-    if (!night.has(key) || Boolean(when) === dark) draw(command);
-  }
-
-  function draw(command) {
     const { type, path, name, bytes } = command;
     if (type === "set_object") wanted.add(path);
     if (type === "set_property") properties.set(`${path} ${name}`, command);
@@ -130,14 +135,14 @@
   bar.id = "omx-bar";
   document.body.appendChild(bar);
 
-  function button(text, title, action) {
+  function button(text, title, action, before = null) {
     const b = document.createElement("button");
     b.type = "button";
     b.textContent = text;
     b.title = title;
     b.setAttribute("aria-label", title);
     b.addEventListener("click", action);
-    bar.appendChild(b);
+    bar.insertBefore(b, before);
     return b;
   }
 
@@ -166,10 +171,9 @@
     }
   }
   const extra = (...about) => {
-    const b = button(...about);
+    const b = button(...about, more);
     b.hidden = true;
     extras.push(b);
-    more.before(b);
     return b;
   };
   function save(name, url) {
@@ -249,24 +253,9 @@
   showPlayer();
   resize();
 
-  window.omxScene = {
-    viewer,
-    apply(commands) {
-      for (const c of commands) take(c);
-      pane.style.visibility = "";
-    },
-    capture() { return viewer.capture_image(); },
-    picture, extra, save, theme,
-    transforms(message) { said.transforms(message); },
-    button(...about) { // before the dots
-      const b = button(...about);
-      more.before(b);
-      return b;
-    },
-  };
-
-  // ---- in a page without a kernel, the page around the frame speaks to it ------------------------------------
+  // ---- in a page without a kernel, the page around the frame speaks to it: tool.js and dh_row.js hear more -------
   const said = {
+    theme(message) { theme(message.dark); },
     transforms({ nodes, visible, branch }) {
       if (viewer.animator.playing) play.click();
       const words = (path) => path.split("/").filter(Boolean);
@@ -288,4 +277,14 @@
   window.addEventListener("message", ({ data, source }) => {
     if (source === window.parent && source !== window && Object.hasOwn(said, data?.omx)) said[data.omx](data);
   });
+
+  window.omxScene = {
+    viewer,
+    apply(commands) {
+      for (const c of commands) take(c);
+      pane.style.visibility = "";
+    },
+    picture, extra, save, theme, said,
+    button: (...about) => button(...about, more), // before the dots
+  };
 })();

@@ -4,16 +4,16 @@ import os
 
 import numpy as np
 
-from ...arrays import as_number
+from ...arrays import as_four, as_number, as_word
 from ...errors import BadInput
-from ..palette import BLUE, INK, VERMILION
+from ..palette import INK, VERMILION
 from . import annotations, environment, html_export
 from .assets import script
 from .channel import Channel
 from .environment import Camera
 from .threejs import Drawing
 
-#: Set to `static` or `shared`, scenes show themselves as HTML instead of a live widget: see `Scene.static_html`.
+#: Set to `shared`, scenes and panels show themselves as HTML instead of a live widget: see `Scene.page_html`.
 MODE = "OMX_VIEW"
 
 
@@ -22,17 +22,17 @@ class Scene:
 
     def __init__(self, *, height: int, camera: Camera, aim, distance: float, floor: float = 0.0):
         self.channel = Channel()
-        self.height = _pixels(height)
-        self._aim, self._floor = (aim, distance), floor
+        self.height = int(as_number(height, "height", "a number of pixels", low=1.0, high=1e5))
+        self._aim = aim, distance
         self._mark = 52.0 * max(0.5, distance)
         #: Called with the target to which a reader drags the tool, [x, y, z, pitch] (mm, rad) or a hand's T (4, 4), and
         #: with the joint values: no target (None) where a link was pulled, no joint values where it cannot be had.
-        self.on_drag = None
+        self.on_drag = lambda pose, q: None
         self._widget = None
         self._notes: set[str] = set()
         with self.channel.batch():
             environment.set_light(self.channel)
-            self._set_ground(self.channel, dark=False)
+            environment.set_ground(self.channel, floor, 500.0 * max(0.4, distance))
             self.camera = camera
 
     # -- how it is seen -----------------------------------------------------------------------------------
@@ -47,19 +47,9 @@ class Scene:
         self._camera = Camera(camera)
         environment.set_camera(self.channel, self._camera, *self._aim)
 
-    def _set_ground(self, channel: Channel, dark: bool) -> None:
-        half = 500.0 * max(0.4, self._aim[1])
-        environment.set_ground(channel, self._floor, dark, half, half / 10)
-
-    def _night(self) -> Channel:
-        """The commands that make the stage dark, for a page that follows its reader's theme."""
-        night = Channel()
-        self._set_ground(night, dark=True)
-        return night
-
     def _config(self) -> dict:
         """What the scene's scripts are told when they start."""
-        return {"cameras": environment.presets(*self._aim)}
+        return {"cameras": {camera.name.lower(): camera.place(*self._aim) for camera in Camera}}
 
     # -- marks --------------------------------------------------------------------------------------------
 
@@ -70,16 +60,16 @@ class Scene:
             return self.remove(name)
         return self._note(name, annotations.arrow(start, start + direction, colour, label, _size("radius", radius)))
 
-    def axis(self, name: str, point, direction, *, label=None, colour=VERMILION, length=None, slides=False) -> None:
+    def axis(self, name: str, point, direction, *, label=None, colour=VERMILION, length=None) -> None:
         """A joint's axis: the line through `point` (3,) mm along `direction` (3,), `length` mm of it drawn.
 
-        An arc about it shows the positive turn, by the right-hand rule; with `slides` a second head the way.
+        An arc about it shows the positive turn, by the right-hand rule.
         """
         point, direction = _vector("point", point), _vector("direction", direction)
         if not direction.any():
             raise BadInput("`direction` must point somewhere: one of its three numbers must not be 0.")
         length = _size("length", length or 4.0 * self._mark)
-        self._note(name, annotations.axis(point, direction, length, colour, label, slides))
+        self._note(name, annotations.axis(point, direction, length, colour, label))
 
     def arc(self, name: str, centre, start, end, *, label=None, colour=INK) -> None:
         """An angle about `centre` (3,), from direction `start` (whose length is its radius, mm) to direction `end`."""
@@ -88,18 +78,13 @@ class Scene:
             raise BadInput("`start` and `end` must point somewhere: one of the three numbers must not be 0.")
         self._note(name, annotations.arc(centre, start, end, colour, label))
 
-    def plane(self, name: str, T, *, size: float = 160.0, colour=BLUE, opacity: float = 0.15) -> None:
-        """A translucent square, `size` mm wide: the x-y plane of the frame `T` (4, 4)."""
-        opacity = as_number(opacity, "opacity", "0 to 1", 0.0, 1.0)
-        self._note(name, annotations.plane(_size("size", size), colour, opacity), T)
-
     def triad(self, name: str, T, *, index: int | None = None, size: float | None = None) -> None:
         """A frame `T` (4, 4) of your own; with `index` its axes are labelled x_index, y_index, z_index."""
         self._note(name, annotations.triad(index, _size("size", size or self._mark)), T)
 
     def label(self, name: str, text: str, at, *, colour=INK) -> None:
         """Words at the point `at` (3,) mm that always face the reader; `q_1` sets a subscript."""
-        self._note(name, Drawing().label(text, _vector("at", at), colour))
+        self._note(name, Drawing().label(text, _vector("at", at), annotations.as_hex(colour)))
 
     def path(self, points, *, name: str = "path", colour=VERMILION, radius: float = 1.2) -> None:
         """A line through `points` (N, 3) mm; a path of the same name is replaced."""
@@ -149,51 +134,41 @@ class Scene:
         if self._widget is None:
             from .widget import SceneWidget
 
-            config = {**self._config(), "shell": html_export.shell(self._config()), "start": script("start.js")}
-            self._widget = SceneWidget(self.channel, self._night(), height=self.height, title=repr(self), config=config)
-            self._widget.on_drag = lambda pose, q: self.on_drag and self.on_drag(pose, q)
+            config = {"shell": html_export.shell(self._config()), "start": script("start.js")}
+            about = {"height": self.height, "title": repr(self), "config": config}
+            self._widget = SceneWidget(self.channel, lambda *told: self.on_drag(*told), **about)
         return self._widget
 
-    def static_html(self, *, height: int | None = None, shared: bool = False) -> str:
-        """The scene as HTML without a kernel: sandboxed, fetching nothing, animated if an animation is set.
+    def static_html(self) -> str:
+        """The scene as HTML without a kernel: sandboxed, fetching nothing, animated if an animation is set."""
+        return html_export.frame(self.channel.log, self._config(), self.height, repr(self))
 
-        `shared=True` gives a placeholder of a few kB instead, for pages that load the script of
-        `write_site_script` once; there the stage is dark where the page's theme is.
-        """
-        height = _pixels(height or self.height)
-        if not shared:
-            return html_export.frame(self.channel, self._config(), height, repr(self))
-        return html_export.placeholder(self.channel, self._config(), height, repr(self), self._night().log)
+    def page_html(self) -> str:
+        """The same in a few kB, for a page of many scenes, which loads the script of `write_site_script` once."""
+        return html_export.placeholder(self.channel.log, self._config(), self.height, repr(self))
 
     def __repr__(self) -> str:
         return "3-D scene"
 
     def _repr_mimebundle_(self, include=None, exclude=None) -> dict:
-        return mimebundle(self, self)
+        return mimebundle(self)
 
     def _note(self, name: str, drawing: Drawing, matrix=None) -> None:
-        if not name or "/" in name:
-            raise BadInput(f"`name` must be a word without '/'; got {name!r}.")
         placed = None if matrix is None else _matrix(matrix)
-        self._notes.add(name)
+        self._notes.add(as_word(name))
         with self.channel.batch():
             self.channel.draw(f"/meshcat/notes/{name}", drawing)
             if placed is not None:
                 self.channel.place(f"/meshcat/notes/{name}", placed)
 
 
-def mimebundle(scene: Scene, shown) -> dict:
-    """What a cell shows for `shown`, a scene or a panel around one: a live widget, or HTML where `OMX_VIEW` asks."""
-    mode = os.environ.get(MODE, "")
-    if mode in ("static", "shared"):
-        return {"text/plain": repr(shown), "text/html": shown.static_html(shared=mode == "shared")}
-    model = scene.widget if shown is scene else shown
+def mimebundle(shown) -> dict:
+    """What a cell shows for a scene or a panel: a live widget, or HTML where `OMX_VIEW` asks."""
+    if os.environ.get(MODE) == "shared":
+        return {"text/plain": repr(shown), "text/html": shown.page_html()}
+    model = shown.widget if isinstance(shown, Scene) else shown
     view = {"version_major": 2, "version_minor": 0, "model_id": model.model_id}
     return {"text/plain": repr(shown), "application/vnd.jupyter.widget-view+json": view}
-
-
-def _pixels(height) -> int:
-    return int(as_number(height, "height", "a number of pixels", low=1.0, high=1e5))
 
 
 def _size(name: str, value) -> float:
@@ -218,7 +193,7 @@ def _pose_matrix(pose):
     """T_base_target of [x, y, z, pitch]: the tool lies in the vertical plane through the base axis."""
     if np.shape(pose) != (4,):
         return _matrix(pose)
-    x, y, z, pitch = (float(v) for v in pose)
+    x, y, z, pitch = as_four(pose, "pose", "[x, y, z, pitch] in mm and rad")
     yaw = np.arctan2(y, x)
     c, s, cp, sp = np.cos(yaw), np.sin(yaw), np.cos(pitch), np.sin(pitch)
-    return _matrix([[c * cp, c * sp, -s, x], [s * cp, s * sp, c, y], [sp, -cp, 0, z], [0, 0, 0, 1]])
+    return np.array([[c * cp, c * sp, -s, x], [s * cp, s * sp, c, y], [sp, -cp, 0, z], [0, 0, 0, 1]])

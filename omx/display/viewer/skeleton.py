@@ -13,13 +13,14 @@ SCALE = 0.026
 JOINT, SLIDER, LINK, TOOL = (58, 61, 66), (72, 92, 120), (150, 155, 162), (205, 92, 30)
 
 
-def drawings(chain, scale: float, colour=None, opacity: float = 1.0) -> dict[int, Drawing]:
-    """One drawing a frame for the joints and links of `chain`; `scale` (mm) is about the radius of a link.
+def drawings(chain, colour=None, opacity: float = 1.0) -> dict[int, Drawing]:
+    """One drawing a frame for the joints and links of `chain`, as thick as suits its reach.
 
     Joint i lies on the z axis of frame i - 1 and is drawn there; the link that it moves (d along that axis, then
     a along x) is drawn in frame i, its far end. A prismatic joint is a box that its link's rod slides through.
     `colour` (three integers) paints it all.
     """
+    scale = SCALE * reach(chain)
     solids = {i: Solid() for i in range(len(chain.rows) + 1)}
     for i, row in enumerate(chain.rows):
         _joint(solids[i], row.prismatic, scale)
@@ -35,9 +36,8 @@ def drawings(chain, scale: float, colour=None, opacity: float = 1.0) -> dict[int
 
 def reach(chain) -> float:
     """An upper bound of the distance (mm) from the base to the tool; a prismatic joint counts with its stroke."""
-    total = sum(abs(float(row.a)) + abs(float(row.d)) for row in chain.rows)
-    total += sum(float(np.linalg.norm(T[:3, 3])) for T in (chain.base, chain.tool) if T is not None)
-    return total + sum(_stroke(chain, i) for i in range(len(chain.rows))) or 100.0
+    fixed = sum(float(np.linalg.norm(T[:3, 3])) for T in (chain.base, chain.tool) if T is not None)
+    return chain.size + fixed + sum(_stroke(chain, i) for i in range(len(chain.rows))) or 100.0
 
 
 def _stroke(chain, joint: int) -> float:

@@ -21,17 +21,7 @@
     });
   }
 
-  let dark = Boolean(window.OMX_CONFIG.dark);
-  function dress() {
-    document.documentElement.classList.toggle("dark", dark);
-    window.omxScene?.theme(dark);
-  }
-  dress();
-  window.addEventListener("message", ({ data, source }) => {
-    if (source !== window.parent || source === window || data?.omx !== "theme") return;
-    dark = data.dark;
-    dress();
-  });
+  document.documentElement.classList.toggle("dark", Boolean(window.OMX_CONFIG.dark));
 
   // On a slide, keys are the speaker's after a click in here, too; who has come by Tab keeps them. It listens before the
   // viewer does, which keeps a hand on the arm to itself.
@@ -53,11 +43,9 @@
     if (!document.getElementById(id)) continue;
     for (const [[name], bytes] of await takeApart(id)) known.set(name, bytes);
   }
-  const all = (await takeApart("scene", known)).map(([[type, path, name, when], bytes]) => ({ type, path, name, when, bytes }));
-  const { viewer } = window.omxScene;
-  dress();
-  window.omxScene.apply([...all.filter(({ when }) => when), ...all.filter(({ when }) => !when)]);
-  if (window.OMX_POSED) window.omxScene.transforms(window.OMX_POSED);
+  const scene = await takeApart("scene", known), { viewer } = window.omxScene;
+  window.omxScene.apply(scene.map(([[type, path, name], bytes]) => ({ type, path, name, bytes })));
+  if (window.OMX_POSED) window.omxScene.said.transforms(window.OMX_POSED);
   window.omxScene.extra?.("html", "Save this scene as one HTML file", () => {
     const posed = JSON.stringify({ nodes: places(viewer.scene_tree.children.meshcat, "/meshcat") });
     const page = whole.replace("window.OMX_CONFIG =", () => `window.OMX_POSED = ${posed}; window.OMX_CONFIG =`);

@@ -43,7 +43,7 @@ class Drawing:
         return self._child("Mesh", geometry, material, **placed)
 
     def lines(self, points, colours) -> "Drawing":
-        """Separate thin lines: `points` (2n, 3) mm and `colours` (2n, 3) of 0..255, two rows a line."""
+        """Separate thin lines: `points` (2n, 3) mm and `colours` (2n, 3) or, with opacity, (2n, 4) of 0..255."""
         points = (np.asarray(points, float) * 1e-3).astype(np.float32)
         attributes = {"position": attribute(points), "color": attribute(np.asarray(colours, np.uint8), True)}
         geometry = {"type": "BufferGeometry", "data": {"attributes": attributes}}
@@ -64,9 +64,8 @@ class Drawing:
         texture = {"image": self._add("images", {"url": url})}
         material = {"type": "SpriteMaterial", "map": self._add("textures", texture), "sizeAttenuation": False, **ON_TOP}
         height = size * 1.75e-3
-        scale = [height * ratio, height, 1]
-        position = [float(c) * 1e-3 for c in at]
-        return self._child("Sprite", None, material, position=position, scale=scale, renderOrder=20)
+        placed = {"position": [float(c) * 1e-3 for c in at], "scale": [height * ratio, height, 1], "renderOrder": 20}
+        return self._child("Sprite", None, material, **placed, userData={"words": text, "ink": colour})
 
     def plain(self, kind: str, **properties) -> "Drawing":
         """Any three.js object that needs neither geometry nor material: a light, say."""

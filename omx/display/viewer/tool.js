@@ -288,9 +288,12 @@
   const caster = new THREE.Raycaster(), canvas = viewer.renderer.domElement;
 
   // The pointer's ray in the scene's frame, mm.
-  function ray(event) {
+  function ray({ clientX, clientY }) {
     const box = canvas.getBoundingClientRect();
-    caster.setFromCamera({ x: 2 * (event.clientX - box.left) / box.width - 1, y: 1 - 2 * (event.clientY - box.top) / box.height }, viewer.camera);
+    return cast({ x: 2 * (clientX - box.left) / box.width - 1, y: 1 - 2 * (clientY - box.top) / box.height });
+  }
+  function cast(place) { // a place in the picture: from -1 to 1, y upwards
+    caster.setFromCamera(place, viewer.camera);
     const local = caster.ray.clone().applyMatrix4(new THREE.Matrix4().copy(node().object.matrixWorld).invert());
     return { origin: local.origin.multiplyScalar(1e3), direction: local.direction.normalize() };
   }
@@ -345,18 +348,13 @@
     event.preventDefault();
     if (viewer.animator.playing) viewer.animator.pause();
     viewer.controls.enabled = false;
-    const facing = ray({ ...middle() }).direction.clone(), turn = turnsOf(asked)[hit.ring];
+    const facing = cast({ x: 0, y: 0 }).direction, turn = turnsOf(asked)[hit.ring];
     grip = { start: position().toArray(), ...hit, asked, turn, facing, id: event.pointerId, down: event, edge: turn && Math.abs(turn.axle.dot(facing)) < 0.2 };
     grip.zero = hit.name !== "link" && measure(event);
     canvas.setPointerCapture(event.pointerId);
     canvas.style.cursor = "grabbing";
     draw();
   }, { capture: true });
-
-  function middle() {
-    const box = canvas.getBoundingClientRect();
-    return { clientX: box.left + box.width / 2, clientY: box.top + box.height / 2 };
-  }
 
   window.addEventListener("pointermove", (event) => {
     if (!grip) {
@@ -449,6 +447,7 @@
 
   const note = document.createElement("p"), said = document.createElement("p");
   note.id = "omx-note";
+  note.hidden = true; // until it has words
   note.setAttribute("aria-hidden", "true"); // the sentence says it, too
   said.id = "omx-words";
   document.body.append(note, said);
@@ -498,11 +497,10 @@
 
   // The page around has another arm and, if they were derived, its formulas. `about` null: it cannot be led by hand here.
   let gone = false;
-  window.addEventListener("message", ({ data, source }) => {
-    if (source !== window.parent || source === window || data?.omx !== "arm") return;
-    A.learn(data.modules);
-    gone = !data.about || data.about.rows.length !== TIP || A.task(data.about) !== task;
-    if (!gone) Object.assign(about, data.about);
+  stage.said.arm = (told) => {
+    A.learn(told.modules);
+    gone = !told.about || told.about.rows.length !== TIP || A.task(told.about) !== task;
+    if (!gone) Object.assign(about, told.about);
     else [q, found, chosen, note.hidden] = [null, [], null, true];
     button.hidden = gone;
     if (gone) offer(false);
@@ -510,7 +508,7 @@
     ghosts = null;
     last = "";
     viewer.set_dirty();
-  });
+  };
 
   // ---- on and off ----------------------------------------------------------------------------------------------------------
 

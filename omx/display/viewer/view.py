@@ -1,10 +1,11 @@
 """`View`: the arm, or any chain, in a scene that moves when its joint values are set."""
 
 import math
+from itertools import zip_longest
 
 import numpy as np
 
-from ...arm import HOME, LIMITS
+from ...arm import HOME
 from ...arrays import as_number, shown
 from ...dh import Chain, link_matrix
 from ...errors import BadInput
@@ -12,15 +13,15 @@ from ...geometry import COURSE, as_geometry
 from ...kinematics import pose as tool_pose
 from ...kinematics import warn_if_replaced
 from ..palette import PALETTE
-from . import animation, annotations, environment, skeleton
+from . import annotations, commands, environment, skeleton
 from .arm_data import arm_data, chain_data
-from .arm_drawings import arm_drawings, finger_drawings, ghost_drawings, is_our_arm
+from .arm_model import arm_drawings, finger_drawings, ghost_drawings, is_our_arm
 from .environment import Camera
 from .moving_parts import Figure, Trail
 from .scene import Scene
 
 _FPS, _LONGEST = 30, 3600.0
-_SECTION = "/meshcat/section"
+_SECTION, _FRAMES = "/meshcat/section", "/meshcat/frames"
 _FINGERS = (("left", 1), ("right", -1))
 
 
@@ -40,10 +41,7 @@ class View(Scene):
         self.geometry = as_geometry(geometry)
         floor = -8.0 if plate else 0.0
         super().__init__(height=height, camera=camera, aim=(0.075, 0.0, 0.15), distance=1.1, floor=floor)
-        with self.channel.batch():
-            self._show(geometry.chain, "OpenMANIPULATOR-X", arm_drawings(geometry, plate), q)
-            for name, drawing in finger_drawings(geometry).items():
-                self.channel.draw(f"/meshcat/arm/4/{name}", drawing)
+        self._show(geometry.chain, q, plate)
 
     @classmethod
     def of_chain(cls, chain, q=None, *, height=420, camera=Camera.ISO) -> "View":
@@ -55,23 +53,23 @@ class View(Scene):
         size = skeleton.reach(chain)
         aim, distance = (0.0, 0.0, 0.25e-3 * size), 3.4e-3 * size
         Scene.__init__(view, height=height, camera=camera, aim=aim, distance=distance)
-        drawings = skeleton.drawings(chain, skeleton.SCALE * size)
-        view._show(chain, chain.name, drawings, [0.0] * len(chain) if q is None else q)
+        view._show(chain, [0.0] * len(chain) if q is None else q)
         return view
 
-    def _show(self, chain, name: str, drawings, q) -> None:
-        self.chain, self.name = chain, name
-        self._triads = self._trail = None
+    def _show(self, chain, q, plate: bool = False) -> None:
+        self.chain = chain
+        self._triads, self._trail = Figure(self.channel, _FRAMES, {}), None
         self.shown_frames: tuple[int, ...] = ()
         self._ghosts: list[Figure] = []
-        self._ghost_labels: tuple = ()
         self.has_section = self._animated = False
         self._opacity, self._gripper = 1.0, 0.0
-        self.let_drag(LIMITS if self._is_ours else chain.limits, handle=False)
+        self.let_drag(chain.limits, handle=False)
         self.on_drag = self._dragged
         with self.channel.batch():
-            self._figure = Figure(self.channel, "/meshcat/arm", drawings)
+            self._figure = Figure(self.channel, "/meshcat/arm", arm_drawings(chain, self.geometry, plate))
             self.q = q
+            for name, drawing in finger_drawings(self.geometry).items():
+                self.channel.draw(f"/meshcat/arm/4/{name}", drawing)
 
     # -- the pose -----------------------------------------------------------------------------------------
 
@@ -88,8 +86,7 @@ class View(Scene):
             self._q = q
             frames = self.chain.frames(q)
             self._figure.pose(frames)
-            if self._triads is not None:
-                self._triads.pose(frames)
+            self._triads.pose(frames)
             if self.has_section:
                 self.channel.place(_SECTION, _upright(q[0]))
             if self._trail is not None:
@@ -103,7 +100,7 @@ class View(Scene):
     @opacity.setter
     def opacity(self, value: float) -> None:
         self._opacity = as_number(value, "opacity", "0 to 1", 0.0, 1.0)
-        self._figure.fade(self._opacity)
+        self.channel.set("/meshcat/arm", "color", [1.0, 1.0, 1.0, self._opacity])
 
     @property
     def gripper(self) -> float:
@@ -126,58 +123,46 @@ class View(Scene):
                 raise BadInput(f"`joints` must be frames 0 to {len(self.chain)}; got {joint!r}.")
         self.shown_frames = joints
         with self.channel.batch():
-            if self._triads is not None:
-                self._triads.remove()
-            self._triads = None
-            if joints:
-                drawings = {i: annotations.triad(i, self._mark) for i in joints}
-                self._triads = Figure(self.channel, "/meshcat/frames", drawings)
-                self._triads.pose(self.chain.frames(self._q))
+            self.channel.delete(_FRAMES)
+            self._triads = Figure(self.channel, _FRAMES, {i: annotations.triad(i, self._mark) for i in joints})
+            self._triads.pose(self.chain.frames(self._q))
 
-    def bones(self, colours=PALETTE) -> None:
-        """Draw a coloured line along each link, from joint to joint and over everything: first link, first colour."""
+    def bones(self) -> None:
+        """Draw a line along each link, from joint to joint and over everything: first link, first of the palette."""
         for i, row in enumerate(self.chain.rows, 1):
             corner, axis = np.array((-row.a, 0.0, 0.0)), np.array((0.0, math.sin(row.alpha), math.cos(row.alpha)))
             way = [np.zeros(3), corner, corner - row.d * axis]
             way = [p for k, p in enumerate(way) if k == 0 or np.linalg.norm(p - way[k - 1]) > 1e-6]
             if len(way) > 1:
-                bone = annotations.polyline(way, colours[(i - 1) % len(colours)], 2.4, on_top=True)
+                bone = annotations.polyline(way, PALETTE[(i - 1) % len(PALETTE)], 2.4, on_top=True)
                 self.channel.draw(f"/meshcat/arm/{i}/bone", bone)
 
-    def ghosts(self, qs, labels=None, colours=PALETTE) -> None:
+    def ghosts(self, qs) -> None:
         """Translucent arms at each of `qs`, for other IK branches or a goal; `[]` removes them.
 
-        None and branches out of reach are skipped, so `view.ghosts(omx.ik(pose))` does. `labels`: words shown at
-        each ghost's tool.
+        None and branches out of reach are skipped, so `view.ghosts(omx.ik(pose))` does.
         """
         qs = [None if getattr(q, "q", q) is None else self.check(q) for q in qs]
-        labels = tuple(labels or ())
         with self.channel.batch():
-            if not qs or labels != self._ghost_labels:
-                self._ghosts, self._ghost_labels = [], labels
+            if not qs:
+                self._ghosts = []
                 self.channel.delete("/meshcat/ghosts")
             for k in range(len(self._ghosts), len(qs)):
-                self._ghosts.append(self._ghost(k, colours[k % len(colours)]))
-            for k, ghost in enumerate(self._ghosts):
-                q = qs[k] if k < len(qs) else None
+                drawings = ghost_drawings(self.chain, self.geometry, annotations.rgb(PALETTE[k % len(PALETTE)]))
+                self._ghosts.append(Figure(self.channel, f"/meshcat/ghosts/{k}", drawings))
+            for ghost, q in zip_longest(self._ghosts, qs):
                 ghost.show(q is not None)
                 if q is not None:
                     ghost.pose(self.chain.frames(q))
 
     def trail(self, on: bool = True) -> None:
-        """Draw the tool's way from now on, or stop drawing (what is drawn stays: `clear_trail` removes it)."""
-        self._trail = (self._trail or Trail(self.channel)) if on else None
+        """Draw the tool's way from now on; `trail(False)` removes it."""
+        self.channel.delete(Trail.root)
+        self._trail = Trail(self.channel) if on else None
         if on:
             self.q = self._q
 
-    def clear_trail(self) -> None:
-        """Remove the trail; if it is on, it starts again from here."""
-        Trail(self.channel).clear()
-        if self._trail is not None:
-            self._trail = Trail(self.channel)
-            self.q = self._q
-
-    def section(self, *regions, colours=PALETTE, opacity: float = 0.22) -> None:
+    def section(self, *regions) -> None:
         """Fill plane figures in the arm's (r, z) plane, mm; they turn with joint 1. `section()` removes them.
 
         Each region is an outline (N, 2), or a pair (outline, list of holes).
@@ -186,8 +171,7 @@ class View(Scene):
         with self.channel.batch():
             self.channel.delete(_SECTION)
             if regions:
-                colours = [colours[k % len(colours)] for k in range(len(regions))]
-                self.channel.draw(_SECTION, annotations.regions(regions, colours, opacity))
+                self.channel.draw(_SECTION, annotations.regions(regions))
                 self.channel.place(_SECTION, _upright(self._q[0]))
                 outlines = [region[0] if isinstance(region, tuple) else region for region in regions]
                 self._step_back(1e-3 * np.concatenate([np.asarray(outline)[:, 1] for outline in outlines]))
@@ -206,18 +190,6 @@ class View(Scene):
         """
         self.channel.set("/meshcat/arm", "ellipse", as_number(seconds, "seconds", "a time in s", low=0.0))
 
-    def clear(self) -> None:
-        """Remove all that was added: frames, ghosts, ellipse, target, trail, paths, section and marks."""
-        with self.channel.batch():
-            self.frames()
-            self.velocity_ellipse(0)
-            self.ghosts([])
-            self.section()
-            self.trail(False)
-            self.clear_trail()
-            for name in list(self._notes):
-                self.remove(name)
-
     def animate(self, qs, seconds: float = 4.0, loop: bool = True, *, gripper=None, things=None) -> None:
         """Play the joint values `qs` (N, n), evenly spread over `seconds`; it plays on without Python.
 
@@ -232,8 +204,7 @@ class View(Scene):
         times = np.linspace(0, len(rows) - 1, max(len(rows), math.ceil(seconds * _FPS) + 1))
         joints = np.column_stack([np.interp(times, range(len(rows)), column) for column in zip(*rows, strict=True)])
         poses = self.chain.frames(joints)
-        figures = [figure for figure in (self._figure, self._triads) if figure is not None]
-        tracks = {path: poses[:, i] for figure in figures for i, path in figure.nodes}
+        tracks = {path: poses[:, i] for i, path in (*self._figure.nodes, *self._triads.nodes)}
         if self.has_section:
             tracks[_SECTION] = [_upright(q1) for q1 in joints[:, 0]]
         if fingers:
@@ -245,7 +216,7 @@ class View(Scene):
             tracks[f"/meshcat/notes/{name}"] = poses
         with self.channel.batch():
             self.q = rows[0]
-            self.channel.put("set_animation", "", animation.play(tracks, seconds, loop))
+            self.channel.put("set_animation", "", commands.play(tracks, seconds, loop))
             self._animated = True
 
     def let_drag(self, limits, *, handle: bool, inverse=None) -> None:
@@ -256,10 +227,6 @@ class View(Scene):
         """
         self._limits, self._handle, self._inverse = limits, handle, inverse
 
-    def follow_drags(self, follow: bool) -> None:
-        """Does the solid arm follow a dragged tool, or only a ghost? A robot's arm stands where the robot is."""
-        self.channel.set("/meshcat/arm", "follows", follow)
-
     # -- inside -------------------------------------------------------------------------------------------
 
     def __repr__(self) -> str:
@@ -267,12 +234,12 @@ class View(Scene):
             values = (f"{_tidy(v)} mm" if row.prismatic else f"{_tidy(math.degrees(v))} deg"
                       for v, row in zip(self._q, self.chain.rows, strict=True))  # fmt: skip
             x, y, z = map(_tidy, self.chain.fk(self._q)[:3, 3])
-            return f"{self.name} at ({', '.join(values)}), tool at x = {x}, y = {y}, z = {z} mm"
+            return f"{self.chain.name} at ({', '.join(values)}), tool at x = {x}, y = {y}, z = {z} mm"
         angles = ", ".join(_tidy(math.degrees(v)) for v in self._q)
         *position, pitch = tool_pose(self._q, self.geometry)
         x, y, z = map(_tidy, position)
         tool = f"tool at x = {x}, y = {y}, z = {z} mm, pitch = {_tidy(math.degrees(pitch))} deg"
-        return f"{self.name} at q = ({angles}) deg, {tool}"
+        return f"{self.chain.name} at q = ({angles}) deg, {tool}"
 
     def check(self, q) -> tuple[float, ...]:
         try:
@@ -284,12 +251,8 @@ class View(Scene):
             raise BadInput(f"`q` must be {wanted}; got {q!r}.")
         return values
 
-    @property
-    def _is_ours(self) -> bool:
-        return self.geometry is not None and is_our_arm(self.geometry)
-
     def _config(self) -> dict:
-        if self._is_ours:
+        if is_our_arm(self.geometry):
             about = arm_data(self.geometry, self._limits)
         else:
             about = chain_data(self.chain, self._limits, self._inverse)
@@ -299,16 +262,10 @@ class View(Scene):
         if q is not None:
             self.q = q
 
-    def _ghost(self, k: int, colour) -> Figure:
-        drawings = ghost_drawings(self.geometry, self.chain, annotations.rgb(colour))
-        if k < len(self._ghost_labels) and self._ghost_labels[k]:
-            drawings[len(self.chain)].label(self._ghost_labels[k], (0, -0.5 * self._mark, 0), colour)
-        return Figure(self.channel, f"/meshcat/ghosts/{k}", drawings)
-
     def _stop(self) -> None:
         if self._animated:
             self._animated = False
-            self.channel.put("set_animation", "", animation.nothing())
+            self.channel.put("set_animation", "", commands.stop_playing())
 
 
 def _tidy(value: float) -> str:

@@ -7,24 +7,19 @@ const shared = (globalThis.omxView ??= { bundles: new Map(), scenes: new Map(), 
 // ---- the viewer, unpacked once a page ----------------------------------------------------------------------
 
 async function viewerUrl(model) {
-  const id = model.get("bundle").replace("IPY_MODEL_", "");
-  const bundle = await withPatience(() => model.widget_manager.get_model(id));
-  const key = bundle.get("key");
+  const bundle = await bundleOf(model), key = bundle.get("key");
   if (!shared.bundles.has(key)) shared.bundles.set(key, unpack(bundle.get("data")));
   return shared.bundles.get(key);
 }
 
-async function withPatience(ask) {
-  for (let tries = 0; ; tries++) {
-    try {
-      const found = await ask();
-      if (found) return found;
-    } catch (error) {
-      if (tries > 100) throw error;
-    }
-    if (tries > 100) throw new Error("the viewer's code did not arrive");
-    await new Promise((resolve) => setTimeout(resolve, 50)); // on a reload, widgets arrive in any order
+async function bundleOf(model) {
+  const id = model.get("bundle").replace("IPY_MODEL_", "");
+  for (let tries = 0; tries < 100; tries++) { // on a reload, widgets arrive in any order
+    const found = await (async () => model.widget_manager.get_model(id))().catch(() => null);
+    if (found) return found;
+    await new Promise((resolve) => setTimeout(resolve, 50));
   }
+  throw new Error("the viewer's code did not arrive");
 }
 
 async function unpack(data) {
@@ -56,16 +51,10 @@ function isDark() {
 // ---- a scene: the log of commands, and the frames that show it ---------------------------------------------
 
 class Scene {
-  constructor(night) {
+  constructor() {
     this.seq = -1;
     this.log = new Map();
     this.frames = new Set();
-    // What makes the stage dark, in place of the log's commands of the same kind, path and name.
-    this.night = night?.keys ? split(night, night.data).map((command) => ({ ...command, when: "night" })) : [];
-  }
-
-  all() {
-    return [...this.night, ...this.log.values()];
   }
 
   // A message of the kernel: false if one before it was missed.
@@ -152,7 +141,7 @@ class Frame {
     this.used = live;
     this.waiting.clear();
     live.theme(isDark());
-    live.apply(this.scene.all());
+    live.apply([...this.scene.log.values()]);
     live.extra?.("html", "Save this scene as one HTML file", async () => {
       const page = new Blob([await this.page()], { type: "text/html" });
       live.save("scene.html", URL.createObjectURL(page));
@@ -162,11 +151,11 @@ class Frame {
 
   // The scene as it stands, as a page that needs nothing else; start.js says how it is laid out.
   async page() {
-    const { shell, start } = this.model.get("config"), commands = this.scene.all(), text = new TextEncoder();
+    const { shell, start } = this.model.get("config"), commands = [...this.scene.log.values()], text = new TextEncoder();
     const head = text.encode(JSON.stringify(commands.map(({ bytes, ...key }) => [...Object.values(key), bytes.length])));
     const scene = [new Uint32Array([head.length]), head, ...commands.map(({ bytes }) => bytes)];
     const packed = await new Response(new Blob(scene).stream().pipeThrough(new CompressionStream("gzip"))).blob();
-    const bundle = await this.model.widget_manager.get_model(this.model.get("bundle").replace("IPY_MODEL_", ""));
+    const bundle = await bundleOf(this.model);
     const plain = (id, data) => `<script type="text/plain" id="${id}">${data}</${"script"}>`;
     const data = plain("scene", await base64(packed)) + plain("viewer", await base64(new Blob([bundle.get("data")])));
     return shell.replace("<!--viewer-->", () => `${data}<script>${start}</${"script"}>`);
@@ -220,7 +209,7 @@ class Frame {
 function sceneOf(model) {
   const key = model.get("key");
   if (!shared.scenes.has(key)) {
-    const scene = new Scene(model.get("night"));
+    const scene = new Scene();
     shared.scenes.set(key, scene);
     const first = model.get("scene");
     scene.take(first, first.data);

@@ -46,15 +46,11 @@ class SceneWidget(anywidget.AnyWidget):
     config = traitlets.Dict().tag(sync=True)
     bundle = traitlets.Instance(ipywidgets.Widget).tag(sync=True, **ipywidgets.widget_serialization)
     scene = traitlets.Dict().tag(sync=True)
-    night = traitlets.Dict().tag(sync=True)
 
-    def __init__(self, channel: Channel, night: Channel, **traits):
-        """`night` holds the commands that make the stage dark, for a page whose theme is."""
-        self._channel = channel
-        content, buffers = night.replay()
-        traits["night"] = {**content, "data": buffers[0]}
+    def __init__(self, channel: Channel, on_drag, **traits):
+        """`on_drag(pose, q)` hears where the reader drags the tool: see `Scene.on_drag`."""
+        self._channel, self._on_drag = channel, on_drag
         super().__init__(key=uuid.uuid4().hex, bundle=bundle(), **traits)
-        self.on_drag = None
         channel.attach(self._post)
         self.on_msg(self._on_message)
 
@@ -74,5 +70,5 @@ class SceneWidget(anywidget.AnyWidget):
         """A page says how far it is (one that has missed something is sent the whole scene), or where it is dragged."""
         if content.get("event") == "hello" and content.get("seq") != self._channel.seq:
             self._post(*self._channel.replay())
-        if content.get("event") == "dragged" and self.on_drag is not None:
-            self.on_drag(content["pose"], content["q"])
+        if content.get("event") == "dragged":
+            self._on_drag(content["pose"], content["q"])

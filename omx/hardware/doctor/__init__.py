@@ -5,7 +5,8 @@ doctor()                    # the first port with an arm; without one, the softw
 doctor("/dev/ttyUSB0")      # or a Bus, a Port, or a Robot that is open
 """
 
+from ..fault_table import Finding
 from .examination import doctor
-from .report import Finding, Report
+from .report import Report
 
 __all__ = ["Finding", "Report", "doctor"]

@@ -6,7 +6,6 @@ import sys
 from ...errors import OmxError
 from ..robot.calibration import load_calibration
 from ..simulator import SteppedClock, VirtualArm, VirtualPort
-from ..simulator.server import parse_fault
 from .examination import doctor
 from .report import Report
 
@@ -42,8 +41,7 @@ def main(argv=None) -> int:
 def _virtual(faults: list[str]) -> VirtualPort:
     arm = VirtualArm()
     for text in faults:
-        kind, options = parse_fault(text)
-        arm.faults.inject(kind, **options)
+        arm.faults.inject_text(text)
     return VirtualPort(arm, clock=SteppedClock())
 
 

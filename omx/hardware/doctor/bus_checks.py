@@ -4,7 +4,7 @@ import statistics
 
 from ...arm import ARM_IDS
 from ...errors import BadInput, BusCorrupt, BusTimeout, PortError
-from ..dynamixel.bus import Bus, Ping
+from ..dynamixel.bus import Bus, Ping, again
 from .report import Report
 
 BAUD = 1_000_000
@@ -36,16 +36,12 @@ def who_answers(bus: Bus, report: Report) -> dict[int, Ping]:
 
 
 def _ping(bus: Bus, servo: int) -> Ping | None:
-    for attempt in range(3):
-        try:
-            return bus.ping(servo)
-        except BusTimeout:
-            damaged = False
-        except BusCorrupt:
-            damaged = True
-        if attempt and not damaged:
-            return None
-    return _DAMAGED
+    try:
+        return again(bus.ping, servo, times=3)
+    except BusTimeout:
+        return None
+    except BusCorrupt:
+        return _DAMAGED
 
 
 def _at_other_bauds(bus: Bus, missing) -> dict[int, list[int]]:

@@ -1,37 +1,38 @@
-"""What the doctor says: findings as data, and a report that reads well."""
+"""What the doctor says: findings as data, what an exception means, and a report that reads well."""
 
+import errno
 import sys
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
+from ...errors import BusCorrupt, BusTimeout, OmxError, PortBusy, PortError, PortLost, ServoFault
+from ..fault_table import Finding, hardware_words
 from .diagnoses import ILLNESSES
 
 #: What the levels mean: a fault stops the arm, a warning will, a note is worth knowing.
 LEVELS = ("fault", "warning", "note")
 _SIGNS = {"fault": "[x]", "warning": "[!]", "note": "[i]"}
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One thing found: `key` names the illness, `level` is one of LEVELS, and `servo` the id if it is one servo's."""
-
-    key: str
-    symptom: str
-    cause: str
-    remedy: str
-    level: str = "fault"
-    servo: int | None = None
-
-    def __str__(self) -> str:
-        return f"{_SIGNS[self.level]} {self.symptom}\n      why: {self.cause}\n      do:  {self.remedy}"
+_PORT = {errno.EACCES: "no_permission", errno.ENOENT: "port_absent", errno.EBUSY: "port_busy"}
 
 
 def find(key: str, servo: int | None = None, system: str = sys.platform, **facts) -> Finding:
     """The illness `key` with its blanks filled in: on `system` ("linux", "darwin", "win32") if remedies differ."""
-    level, symptom, cause, remedy = ILLNESSES[key]
-    if isinstance(remedy, dict):
-        remedy = remedy.get(system, remedy["linux"])
-    facts["servo"] = servo
-    return Finding(key, symptom.format(**facts), cause.format(**facts), remedy.format(**facts), level, servo)
+    return ILLNESSES[key].finding(servo, facts, system)
+
+
+def explain(error: OmxError) -> list[Finding]:
+    """What an exception of the bus means and what to do about it; empty if it is no matter of the bus."""
+    if isinstance(error, PortLost):
+        return [find("port_lost", port=error.port)]
+    if isinstance(error, PortError):
+        key = "port_busy" if isinstance(error, PortBusy) else _PORT.get(error.errno, "port_error")
+        return [find(key, port=error.port, text=str(error), who="")]
+    if isinstance(error, ServoFault):
+        return [find("hardware_error", servo, **hardware_words(bits)) for servo, bits in error.faults.items()]
+    if isinstance(error, BusTimeout):
+        return [find("lost", error.missing[0], count=1, asked=1, ids=f"servo {error.missing[0]}")]
+    if isinstance(error, BusCorrupt):
+        return [find("corrupt", error.servo, count=1, asked=1, ids=f"servo {error.servo}")]
+    return []
 
 
 @dataclass
@@ -76,8 +77,9 @@ class Report:
 
 def _told(findings: list[Finding]) -> str:
     """Findings of one cause, each in its line; those that differ in nothing but the servo in one."""
-    *others, last = findings
-    if len({finding.symptom.replace(f"servo {finding.servo}", "") for finding in findings}) == 1 and others:
+    first, symptoms = findings[0], [finding.symptom for finding in findings]
+    if len({finding.symptom.replace(f"servo {finding.servo}", "") for finding in findings}) == 1 < len(findings):
         all_of_them = f"each of the servos {', '.join(str(finding.servo) for finding in findings)}"
-        others, last = [], replace(last, symptom=last.symptom.replace(f"servo {last.servo}", all_of_them))
-    return "\n".join([*(f"{_SIGNS[other.level]} {other.symptom}" for other in others), str(last)])
+        symptoms = [first.symptom.replace(f"servo {first.servo}", all_of_them)]
+    lines = [f"{_SIGNS[first.level]} {symptom}" for symptom in symptoms]
+    return "\n".join([*lines, f"      why: {first.cause}", f"      do:  {first.remedy}"])

@@ -1,6 +1,7 @@
 """The software side: is the SDK the right one, and who may use, and who uses, the ports? Needs no arm."""
 
 import base64
+import contextlib
 import hashlib
 import os
 import sys
@@ -68,11 +69,9 @@ def holder(port: str) -> str:
     """Who has `port` open, as far as Linux lets us see: `, by python (process 4711)`; empty if unknown."""
     target = os.path.realpath(port)
     for process in Path("/proc").glob("[0-9]*"):
-        try:
+        with contextlib.suppress(OSError):  # it has ended, or is someone else's
             if int(process.name) != os.getpid() and any(os.path.realpath(fd) == target for fd in process.glob("fd/*")):
                 return f", by {(process / 'comm').read_text().strip()} (process {process.name})"
-        except OSError:  # it has ended, or is someone else's
-            continue
     return ""
 
 
@@ -82,11 +81,9 @@ def examine_port_name(report: Report, port: str) -> None:
         report.add("modem_manager", port=port)
 
 
-def _runs(program: str, processes: Path = Path("/proc")) -> bool:
-    for comm in processes.glob("[0-9]*/comm"):
-        try:
+def _runs(program: str) -> bool:
+    for comm in Path("/proc").glob("[0-9]*/comm"):
+        with contextlib.suppress(OSError):
             if comm.read_text().strip() == program[:15]:
                 return True
-        except OSError:
-            continue
     return False

@@ -11,17 +11,7 @@ from operator import index
 from typing import NamedTuple
 
 from ...arrays import shown
-from ...errors import (
-    BadInput,
-    BusCorrupt,
-    BusError,
-    BusTimeout,
-    PortBusy,
-    PortLost,
-    ReadOnly,
-    ServoFault,
-    ServoRefused,
-)
+from ...errors import BadInput, BusCorrupt, BusError, BusTimeout, PortBusy, PortLost, ReadOnly, ServoFault, ServoRefused
 from . import packet as pk
 from .packet import Instruction as Do
 from .registers import PRESENT, Block, Register, block, hardware_errors, register
@@ -130,7 +120,7 @@ class Bus:
     def ping(self, servo: int) -> Ping:
         """Model number and firmware version of one servo."""
         (answer,) = self._ask(_id(servo), Do.PING, b"", [(servo, 3)], "answer a ping")
-        return Ping(int.from_bytes(answer.data[:2], "little"), answer.data[2])
+        return Ping(pk.word(answer.data), answer.data[2])
 
     def scan(self, servos) -> dict[int, Ping]:
         """Whoever answers a ping, one after the other: 0.3 ms for each that is there, 34 ms for each that is not."""
@@ -143,14 +133,14 @@ class Bus:
     def read(self, servo: int, name: str) -> int:
         """The register `name` of one servo."""
         row = register(name)
-        params = _words(row.address, row.size)
+        params = pk.words(row.address, row.size)
         (answer,) = self._ask(_id(servo), Do.READ, params, [(servo, row.size)], f"read {row.name}")
         return row.decode(answer.data)
 
     def write(self, servo: int, name: str, value: int):
         """Set the register `name` of one servo, and see that it confirms."""
         row, data = _encoded(name, value)
-        params = _words(row.address) + data
+        params = pk.words(row.address) + data
         self._ask(_id(servo), Do.WRITE, params, [(servo, 0)], f"set {row.name} to {value}", row)
 
     def reboot(self, servo: int):
@@ -170,9 +160,9 @@ class Bus:
         The default is what one look at a servo is: present current, velocity, position.
         """
         ids = _ids(servos)
-        params = _words(what.address, what.size) + bytes(ids)
-        doing = f"read {what.registers[0].name} .. {what.registers[-1].name}"
-        answers = self._ask(pk.BROADCAST, Do.SYNC_READ, params, [(servo, what.size) for servo in ids], doing)
+        params = pk.words(what.address, what.size) + bytes(ids)
+        wanted = [(servo, what.size) for servo in ids]
+        answers = self._ask(pk.BROADCAST, Do.SYNC_READ, params, wanted, f"read {what.names}")
         return {answer.servo: what.decode(answer.data) for answer in answers}
 
     def write_block(self, what: Block, values: dict[int, tuple[int, ...]]):
@@ -182,17 +172,12 @@ class Bus:
         """
         ids = _ids(values)
         data = [bytes((servo,)) + _block_encoded(what, values[servo]) for servo in ids]
-        params = _words(what.address, what.size) + b"".join(data)
-        names = f"{what.registers[0].name} .. {what.registers[-1].name}"
-        self._ask(pk.BROADCAST, Do.SYNC_WRITE, params, [], f"set {names}")
+        params = pk.words(what.address, what.size) + b"".join(data)
+        self._ask(pk.BROADCAST, Do.SYNC_WRITE, params, [], f"set {what.names}")
 
     def write_all(self, name: str, values: dict[int, int]):
         """Set the register `name` of several servos, id -> value, in one packet. Servos do not confirm this."""
-        ids = _ids(values)
-        encoded = [(servo, _encoded(name, values[servo])) for servo in ids]
-        row = encoded[0][1][0]
-        params = _words(row.address, row.size) + b"".join(bytes((servo,)) + data for servo, (_, data) in encoded)
-        self._ask(pk.BROADCAST, Do.SYNC_WRITE, params, [], f"set {row.name}", row)
+        self.write_block(block(name), {servo: (value,) for servo, value in values.items()})
 
     # ---- what is wrong with them ----
 
@@ -307,10 +292,6 @@ def _reason(code: int, row: Register | None) -> str:
     if code == pk.DATA_RANGE and row and row.name.startswith("goal"):
         return f"{said}: out of range, or the bus watchdog has tripped (write 0 to bus_watchdog to go on)"
     return said
-
-
-def _words(*values: int) -> bytes:
-    return b"".join(value.to_bytes(2, "little") for value in values)
 
 
 def _encoded(name: str, value: int) -> tuple[Register, bytes]:

@@ -94,6 +94,16 @@ def crc16(data, crc: int = 0) -> int:
     return crc
 
 
+def word(data: bytes, start: int = 0) -> int:
+    """The two bytes from `start`, low byte first."""
+    return int.from_bytes(data[start : start + 2], "little")
+
+
+def words(*values: int) -> bytes:
+    """Each value as two bytes, low byte first."""
+    return b"".join(value.to_bytes(2, "little") for value in values)
+
+
 def stuff(body: bytes) -> bytes:
     """Insert FD after every FF FF FD, so that no header appears inside a packet."""
     return body.replace(_PATTERN, _STUFFED) if _PATTERN in body else body
@@ -114,25 +124,22 @@ def build_status(servo: int, error: int = 0, params: bytes = b"") -> bytes:
     return _frame(servo, stuff(bytes((Instruction.STATUS, error)) + params))
 
 
-def build_fast_status(answers, length: int | None = None) -> bytes:
+def build_fast_status(answers, length: int) -> bytes:
     """The common answer to a fast read, from (id, error, data) of each servo in turn.
 
     Each servo appends its part and the checksum of everything so far. These packets are never stuffed.
-    `length` is what the header promises, if some servos do not send their part.
+    `length` is what the header promises: that of all parts, also if some servos do not send theirs.
     """
-    answers = list(answers)
-    if length is None:
-        length = 1 + sum(4 + len(data) for _, _, data in answers)
-    out = HEADER + bytes((BROADCAST, *length.to_bytes(2, "little"), Instruction.STATUS))
+    out = HEADER + bytes((BROADCAST, *words(length), Instruction.STATUS))
     for servo, error, data in answers:
         out += bytes((error, servo)) + data
-        out += crc16(out).to_bytes(2, "little")
+        out += words(crc16(out))
     return out
 
 
 def _frame(servo: int, body: bytes) -> bytes:
-    head = HEADER + bytes((servo,)) + (len(body) + 2).to_bytes(2, "little") + body
-    return head + crc16(head).to_bytes(2, "little")
+    head = HEADER + bytes((servo,)) + words(len(body) + 2) + body
+    return head + words(crc16(head))
 
 
 class Reader:
@@ -140,11 +147,6 @@ class Reader:
 
     def __init__(self):
         self._buffer = b""
-
-    @property
-    def waiting(self) -> bool:
-        """True while a packet has begun and not ended."""
-        return bool(self._buffer)
 
     def clear(self):
         """Forget an unfinished packet."""
@@ -163,7 +165,7 @@ class Reader:
             buffer = self._buffer = _from_header(self._buffer)
             if len(buffer) < 7:
                 return None
-            end = 7 + int.from_bytes(buffer[5:7], "little")
+            end = 7 + word(buffer, 5)
             if not 10 <= end <= MAX_LENGTH:
                 self._buffer = buffer[1:]
                 continue
@@ -201,7 +203,7 @@ def _is_fast(buffer: bytes) -> bool:
 
 
 def _take_apart(frame: bytes) -> Packet:
-    intact = crc16(frame[:-2]) == int.from_bytes(frame[-2:], "little")
+    intact = crc16(frame[:-2]) == word(frame[-2:])
     servo, body = frame[4], frame[7:-2]
     if not _is_fast(frame):
         body = unstuff(body)
@@ -210,9 +212,3 @@ def _take_apart(frame: bytes) -> Packet:
     if len(body) < 2:
         return Packet(servo, body[0], b"", None, False)
     return Packet(servo, body[0], body[2:], body[1], intact)
-
-
-def parse(frame: bytes) -> Packet | None:
-    """The first packet in `frame`, or None."""
-    packets = Reader().feed(frame)
-    return packets[0] if packets else None

@@ -10,6 +10,7 @@ from operator import index
 from typing import NamedTuple
 
 from ...errors import BadInput
+from . import units
 
 #: First address of the RAM area. Below it is EEPROM: it survives power-off and is locked while torque is on.
 RAM = 64
@@ -18,7 +19,8 @@ RAM = 64
 class Register(NamedTuple):
     """One row: where a value lives and what it may be.
 
-    `default`, `low` and `high` are raw integers; `unit` is a key of `units.UNITS`.
+    `default`, `low` and `high` are raw integers in `unit`. (In a time-based profile the two profile registers hold
+    `MILLISECONDS`.)
     """
 
     address: int
@@ -28,7 +30,7 @@ class Register(NamedTuple):
     default: int
     low: int
     high: int
-    unit: str = ""
+    unit: units.Unit = units.PLAIN
     note: str = ""
 
     @property
@@ -70,33 +72,33 @@ _INT16, _INT32 = 2**15 - 1, 2**31 - 1
 
 #   address, size, name, access, default, low, high, unit, note
 _ROWS = [
-    (0, 2, "model_number", "R", 1020, 0, 65535, "", "1020 = XM430-W350"),
+    (0, 2, "model_number", "R", 1020, 0, 65535, units.PLAIN, "1020 = XM430-W350"),
     (2, 4, "model_information", "R", 0, 0, 2**32 - 1),
-    (6, 1, "firmware_version", "R", 45, 0, 255, "", "38 watchdog, 42 time-based profile, 45 fast reads"),
+    (6, 1, "firmware_version", "R", 45, 0, 255, units.PLAIN, "38 watchdog, 42 time-based profile, 45 fast reads"),
     (7, 1, "id", "RW", 1, 0, 252),
-    (8, 1, "baud_rate", "RW", 1, 0, 7, "", "0 9600, 1 57600, 2 115200, 3 1M, 4 2M, 5 3M, 6 4M, 7 4.5M"),
-    (9, 1, "return_delay_time", "RW", 250, 0, 254, "delay"),
-    (10, 1, "drive_mode", "RW", 0, 0, 13, "", "1 reverse, 4 time-based profile, 8 torque on by goal"),
-    (11, 1, "operating_mode", "RW", 3, 0, 16, "", "changing it zeroes the profile and resets the gains"),
-    (12, 1, "secondary_id", "RW", 255, 0, 255, "", "a second id to listen to; above 252 = none"),
+    (8, 1, "baud_rate", "RW", 1, 0, 7, units.PLAIN, "0 9600, 1 57600, 2 115200, 3 1M, 4 2M, 5 3M, 6 4M, 7 4.5M"),
+    (9, 1, "return_delay_time", "RW", 250, 0, 254, units.DELAY),
+    (10, 1, "drive_mode", "RW", 0, 0, 13, units.PLAIN, "1 reverse, 4 time-based profile, 8 torque on by goal"),
+    (11, 1, "operating_mode", "RW", 3, 0, 16, units.PLAIN, "changing it zeroes the profile and resets the gains"),
+    (12, 1, "secondary_id", "RW", 255, 0, 255, units.PLAIN, "a second id to listen to; above 252 = none"),
     (13, 1, "protocol_type", "RW", 2, 1, 2),
-    (20, 4, "homing_offset", "RW", 0, -1_044_479, 1_044_479, "angle", "added to the position"),
-    (24, 4, "moving_threshold", "RW", 10, 0, 1023, "velocity"),
-    (31, 1, "temperature_limit", "RW", 80, 0, 100, "temperature"),
-    (32, 2, "max_voltage_limit", "RW", 160, 95, 160, "voltage"),
-    (34, 2, "min_voltage_limit", "RW", 95, 95, 160, "voltage"),
-    (36, 2, "pwm_limit", "RW", 885, 0, 885, "pwm"),
-    (38, 2, "current_limit", "RW", 1193, 0, 1193, "current"),
-    (44, 4, "velocity_limit", "RW", 200, 0, 1023, "velocity"),
-    (48, 4, "max_position_limit", "RW", 4095, 0, 4095, "position", "in position mode only"),
-    (52, 4, "min_position_limit", "RW", 0, 0, 4095, "position", "in position mode only"),
-    (60, 1, "startup_configuration", "RW", 0, 0, 3, "", "1 torque on, 2 restore the RAM at power-on"),
-    (63, 1, "shutdown", "RW", 52, 0, 63, "", "which hardware errors switch the torque off"),
-    (64, 1, "torque_enable", "RW", 0, 0, 1, "", "refused after a shutdown, until a reboot"),
+    (20, 4, "homing_offset", "RW", 0, -1_044_479, 1_044_479, units.ANGLE, "added to the position"),
+    (24, 4, "moving_threshold", "RW", 10, 0, 1023, units.VELOCITY),
+    (31, 1, "temperature_limit", "RW", 80, 0, 100, units.TEMPERATURE),
+    (32, 2, "max_voltage_limit", "RW", 160, 95, 160, units.VOLTAGE),
+    (34, 2, "min_voltage_limit", "RW", 95, 95, 160, units.VOLTAGE),
+    (36, 2, "pwm_limit", "RW", 885, 0, 885, units.PWM),
+    (38, 2, "current_limit", "RW", 1193, 0, 1193, units.CURRENT),
+    (44, 4, "velocity_limit", "RW", 200, 0, 1023, units.VELOCITY),
+    (48, 4, "max_position_limit", "RW", 4095, 0, 4095, units.POSITION, "in position mode only"),
+    (52, 4, "min_position_limit", "RW", 0, 0, 4095, units.POSITION, "in position mode only"),
+    (60, 1, "startup_configuration", "RW", 0, 0, 3, units.PLAIN, "1 torque on, 2 restore the RAM at power-on"),
+    (63, 1, "shutdown", "RW", 52, 0, 63, units.PLAIN, "which hardware errors switch the torque off"),
+    (64, 1, "torque_enable", "RW", 0, 0, 1, units.PLAIN, "refused after a shutdown, until a reboot"),
     (65, 1, "led", "RW", 0, 0, 1),
-    (68, 1, "status_return_level", "RW", 2, 0, 2, "", "0 ping, 1 and reads, 2 everything is answered"),
+    (68, 1, "status_return_level", "RW", 2, 0, 2, units.PLAIN, "0 ping, 1 and reads, 2 everything is answered"),
     (69, 1, "registered_instruction", "R", 0, 0, 1),
-    (70, 1, "hardware_error", "R", 0, 0, 255, "", "cleared by a reboot only"),
+    (70, 1, "hardware_error", "R", 0, 0, 255, units.PLAIN, "cleared by a reboot only"),
     (76, 2, "velocity_i_gain", "RW", 1920, 0, 16383),
     (78, 2, "velocity_p_gain", "RW", 100, 0, 16383),
     (80, 2, "position_d_gain", "RW", 0, 0, 16383),
@@ -104,24 +106,24 @@ _ROWS = [
     (84, 2, "position_p_gain", "RW", 800, 0, 16383),
     (88, 2, "feedforward_2nd_gain", "RW", 0, 0, 16383),
     (90, 2, "feedforward_1st_gain", "RW", 0, 0, 16383),
-    (98, 1, "bus_watchdog", "RW", 0, 0, 127, "watchdog", "reads 255 after it has tripped; write 0 to clear"),
-    (100, 2, "goal_pwm", "RW", 885, -885, 885, "pwm"),
-    (102, 2, "goal_current", "RW", 1193, -1193, 1193, "current"),
-    (104, 4, "goal_velocity", "RW", 0, -1023, 1023, "velocity"),
-    (108, 4, "profile_acceleration", "RW", 0, 0, 32767, "acceleration", "ms in time mode; 0 = infinite"),
-    (112, 4, "profile_velocity", "RW", 0, 0, 32767, "velocity", "total ms in time mode; 0 = maximum speed"),
-    (116, 4, "goal_position", "RW", 2048, -_TURNS, _TURNS, "position"),
-    (120, 2, "realtime_tick", "R", 0, 0, 32767, "milliseconds"),
+    (98, 1, "bus_watchdog", "RW", 0, 0, 127, units.WATCHDOG, "reads 255 after it has tripped; write 0 to clear"),
+    (100, 2, "goal_pwm", "RW", 885, -885, 885, units.PWM),
+    (102, 2, "goal_current", "RW", 1193, -1193, 1193, units.CURRENT),
+    (104, 4, "goal_velocity", "RW", 0, -1023, 1023, units.VELOCITY),
+    (108, 4, "profile_acceleration", "RW", 0, 0, 32767, units.ACCELERATION, "ms in time mode; 0 = infinite"),
+    (112, 4, "profile_velocity", "RW", 0, 0, 32767, units.VELOCITY, "total ms in time mode; 0 = maximum speed"),
+    (116, 4, "goal_position", "RW", 2048, -_TURNS, _TURNS, units.POSITION),
+    (120, 2, "realtime_tick", "R", 0, 0, 32767, units.MILLISECONDS),
     (122, 1, "moving", "R", 0, 0, 1),
-    (123, 1, "moving_status", "R", 0, 0, 255, "", "1 arrived, 2 profile running, 8 following error"),
-    (124, 2, "present_pwm", "R", 0, -_INT16, _INT16, "pwm"),
-    (126, 2, "present_current", "R", 0, -_INT16, _INT16, "current"),
-    (128, 4, "present_velocity", "R", 0, -_INT32, _INT32, "velocity"),
-    (132, 4, "present_position", "R", 2048, -_INT32, _INT32, "position"),
-    (136, 4, "velocity_trajectory", "R", 0, -_INT32, _INT32, "velocity", "the servo's own set-point"),
-    (140, 4, "position_trajectory", "R", 2048, -_INT32, _INT32, "position", "the servo's own set-point"),
-    (144, 2, "present_voltage", "R", 120, 0, 65535, "voltage"),
-    (146, 1, "present_temperature", "R", 25, 0, 255, "temperature"),
+    (123, 1, "moving_status", "R", 0, 0, 255, units.PLAIN, "1 arrived, 2 profile running, 8 following error"),
+    (124, 2, "present_pwm", "R", 0, -_INT16, _INT16, units.PWM),
+    (126, 2, "present_current", "R", 0, -_INT16, _INT16, units.CURRENT),
+    (128, 4, "present_velocity", "R", 0, -_INT32, _INT32, units.VELOCITY),
+    (132, 4, "present_position", "R", 2048, -_INT32, _INT32, units.POSITION),
+    (136, 4, "velocity_trajectory", "R", 0, -_INT32, _INT32, units.VELOCITY, "the servo's own set-point"),
+    (140, 4, "position_trajectory", "R", 2048, -_INT32, _INT32, units.POSITION, "the servo's own set-point"),
+    (144, 2, "present_voltage", "R", 120, 0, 65535, units.VOLTAGE),
+    (146, 1, "present_temperature", "R", 25, 0, 255, units.TEMPERATURE),
     (147, 1, "backup_ready", "R", 0, 0, 1),
 ]
 # Each indirect address points at one byte; indirect data n *is* the byte that indirect address n points at.
@@ -199,6 +201,12 @@ class Block(NamedTuple):
     @property
     def size(self) -> int:
         return self.registers[-1].end - self.address
+
+    @property
+    def names(self) -> str:
+        """The register's name, or the first and the last."""
+        first, last = self.registers[0].name, self.registers[-1].name
+        return first if first == last else f"{first} .. {last}"
 
     def decode(self, data: bytes) -> tuple[int, ...]:
         """One integer a register, from the `size` bytes of the block."""

@@ -2,9 +2,8 @@
 
 from typing import NamedTuple
 
-from .packet import ALERT, BROADCAST, STATUS_ERRORS, Instruction, Packet, Reader
-from .registers import within
-from .units import unit_of
+from .packet import ALERT, BROADCAST, STATUS_ERRORS, Instruction, Packet, Reader, word
+from .registers import Block, within
 
 _READS = (Instruction.READ, Instruction.SYNC_READ)
 
@@ -38,11 +37,7 @@ def _asked(packet: Packet) -> tuple[int, int]:
     """Address and length that the answers to `packet` hold, (0, 0) if they hold none."""
     if packet.instruction not in _READS or len(packet.params) < 4:
         return 0, 0
-    return _word(packet.params), _word(packet.params[2:])
-
-
-def _word(data: bytes) -> int:
-    return int.from_bytes(data[:2], "little")
+    return word(packet.params), word(packet.params, 2)
 
 
 def _request(packet: Packet) -> str:
@@ -53,9 +48,9 @@ def _request(packet: Packet) -> str:
         ids = " of " + ", ".join(map(str, packet.params[4:])) if len(packet.params) > 4 else ""
         return f"{name}, {to}: {length} bytes from {address} ({_names(address, length)}){ids}"
     if packet.instruction in (Instruction.WRITE, Instruction.REG_WRITE):
-        return f"{name}, {to}: {_values(_word(packet.params), packet.params[2:])}"
+        return f"{name}, {to}: {_values(word(packet.params), packet.params[2:])}"
     if packet.instruction == Instruction.SYNC_WRITE:
-        address, size, rest = _word(packet.params), _word(packet.params[2:]), packet.params[4:]
+        address, size, rest = word(packet.params), word(packet.params, 2), packet.params[4:]
         each = [rest[i : i + size + 1] for i in range(0, len(rest), size + 1)]
         return f"{name}, {to}: " + "; ".join(f"{part[0]}: {_values(address, part[1:])}" for part in each)
     return f"{name}, {to}" + (f": {packet.params.hex(' ')}" if packet.params else "")
@@ -70,13 +65,13 @@ def _name(instruction: int) -> str:
 
 def _names(address: int, length: int) -> str:
     rows = within(address, length)
-    return rows[0].name if len(rows) == 1 else f"{rows[0].name} .. {rows[-1].name}" if rows else "no register"
+    return Block(tuple(rows)).names if rows else "no register"
 
 
 def _values(address: int, data: bytes) -> str:
     parts = []
     for row in within(address, len(data)):
-        raw, unit = row.decode(data[row.address - address : row.end - address]), unit_of(row)
+        raw, unit = row.decode(data[row.address - address : row.end - address]), row.unit
         parts.append(f"{row.name} {raw}" + (f" = {unit.value(raw):.4g} {unit.symbol}" if unit.symbol else ""))
     return ", ".join(parts) or data.hex(" ")
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from ...arm import TICKS_PER_TURN, ZERO_TICK
 from ...errors import BadInput
-from .registers import Register, register
 
 
 class Unit(NamedTuple):
@@ -51,24 +50,3 @@ MILLISECONDS = Unit("s", 1e-3)
 WATCHDOG = Unit("s", 20e-3)
 DELAY = Unit("s", 2e-6)
 PLAIN = Unit("", 1.0)
-
-#: The unit of every name in the control table's `unit` column.
-UNITS = {
-    "position": POSITION,
-    "angle": ANGLE,
-    "velocity": VELOCITY,
-    "acceleration": ACCELERATION,
-    "current": CURRENT,
-    "pwm": PWM,
-    "voltage": VOLTAGE,
-    "temperature": TEMPERATURE,
-    "milliseconds": MILLISECONDS,
-    "watchdog": WATCHDOG,
-    "delay": DELAY,
-    "": PLAIN,
-}
-
-
-def unit_of(name: str | Register) -> Unit:
-    """The unit of a register. (The two profile registers hold `MILLISECONDS` in a time-based profile.)"""
-    return UNITS[register(name).unit]

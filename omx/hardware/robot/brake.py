@@ -25,6 +25,7 @@ class Brake:
         self.holding = False
         self.why: str | None = None
         self.stops = 0  # how often it was latched
+        self.began = 0  # how often that was when the last motion was asked for
 
     # ---- the latch ----
 
@@ -42,9 +43,14 @@ class Brake:
         if self.why is not None:
             raise Stopped(self.why)
 
+    def begin(self) -> None:
+        """A motion is asked for: raise `Stopped` while it is latched. What stops from now on ends this motion."""
+        self.began = self.stops  # counted first: a stop may come between two lines
+        self.refuse_if_latched()
+
     def refuse_if_stopped_since(self, stops: int) -> None:
-        """Raise `Stopped` if it was latched after `stops` times, though it was resumed: what ran then has ended."""
-        if self.stops > stops:
+        """Raise `Stopped` if it is or was latched after `stops` times: what ran then has ended, resumed or not."""
+        if self.stops > stops or self.why is not None:
             raise Stopped(self.why or "stopped meanwhile")
 
     # ---- standing ----

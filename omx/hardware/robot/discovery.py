@@ -1,35 +1,24 @@
 """Finding the arm, and looking it over before anything moves: all that is wrong, in one message."""
 
 import sys
-from dataclasses import dataclass, field
+from itertools import chain
+from typing import NamedTuple
 
 from ...arm import ARM_IDS, GRIPPER_ID, JOINT_IDS
-from ...errors import BusError, PortBusy, PortError
+from ...errors import NotReady, PortBusy, PortError
 from ..dynamixel import web_serial
-from ..dynamixel.bus import Bus, Ping
+from ..dynamixel.bus import Bus
 from ..dynamixel.sdk import is_open_here
 from ..dynamixel.serial_line import find_ports
-from ..fault_table import Found, judge, registers, sentences
+from ..fault_table import Finding, judge, sentences, settings
 
 
-@dataclass
-class Condition:
-    """What one look over the arm found. `problems` forbid using it, `warnings` do not."""
+class ArmCondition(NamedTuple):
+    """What one look over the arm found: the registers of each servo by name, and what there is to say."""
 
-    servos: dict[int, Ping] = field(default_factory=dict)
-    registers: dict[int, dict[str, int]] = field(default_factory=dict)
-    found: list[Found] = field(default_factory=list)
-    problems: list[str] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
-
-    @property
-    def has_gripper(self) -> bool:
-        return GRIPPER_ID in self.servos
-
-    @property
-    def left_behind(self) -> list[str]:
-        """What other programs left in the servos, and switching the motors on sets back."""
-        return [one.symptom for one in self.found if one.condition.mend is not None and one.condition.level != "note"]
+    registers: dict[int, dict[str, int]]
+    found: list[Finding]
+    warnings: list[str]
 
 
 def open_bus(name: str) -> Bus:
@@ -78,39 +67,25 @@ def _search() -> Bus:
     raise PortError("auto", f"no arm found. {found}")
 
 
-def look_over(bus: Bus) -> Condition:
-    """Ping every servo and read all that the conditions judge. Reads only; nothing moves."""
-    condition = Condition(servos=bus.scan(ARM_IDS))
-    if silent := [servo for servo in ARM_IDS if servo not in condition.servos]:
-        condition.servos |= bus.scan(silent)  # an answer may get lost, or come late
-    missing = [servo for servo in JOINT_IDS if servo not in condition.servos]
-    if missing:
+def look_over(bus: Bus) -> ArmCondition:
+    """Ping every servo and read all that the rows judge; raises `NotReady` with all that is wrong. Reads only."""
+    pings = bus.scan(ARM_IDS)
+    if silent := [servo for servo in ARM_IDS if servo not in pings]:
+        pings |= bus.scan(silent)  # an answer may get lost, or come late
+    problems, warnings = [], []
+    if missing := [servo for servo in JOINT_IDS if servo not in pings]:
         listed = ", ".join(map(str, missing))
-        condition.problems.append(
+        problems.append(
             f"no answer from servo {listed}: look at the cable to servo {missing[0]} and at the 12 V supply"
         )
-    if not condition.has_gripper:
-        condition.warnings.append("no gripper: servo 15 does not answer")
-    right = []
-    for servo, ping in condition.servos.items():
-        found = judge(servo, {"model_number": ping.model, "firmware_version": ping.firmware})
-        condition.found += found
-        right += [servo] if not found else []
-    if right:
-        _settings(bus, right, condition)
-    condition.problems += sentences(one for one in condition.found if one.forbids)
-    condition.warnings += sentences(one for one in condition.found if one.warns)
-    return condition
-
-
-def _settings(bus: Bus, servos, condition: Condition) -> None:
-    try:
-        condition.registers = registers(bus, servos)
-    except BusError:  # one of them does not answer: which?
-        for servo in servos:
-            try:
-                condition.registers |= registers(bus, [servo])
-            except BusError as error:
-                condition.problems.append(str(error))
-    for servo, at in condition.registers.items():
-        condition.found += judge(servo, at)
+    if GRIPPER_ID not in pings:
+        warnings.append("no gripper: servo 15 does not answer")
+    models = {servo: judge(servo, {"model_number": ping.model, "firmware_version": ping.firmware})
+              for servo, ping in pings.items()}  # fmt: skip
+    at, errors = settings(bus, [servo for servo in pings if not models[servo]])
+    found = [*chain(*models.values()), *chain(*(judge(servo, at[servo]) for servo in at))]
+    problems += [*map(str, errors), *sentences(one for one in found if one.forbids)]
+    warnings += sentences(one for one in found if one.warns)
+    if problems:
+        raise NotReady(bus.name, problems)
+    return ArmCondition(at, found, warnings)

@@ -10,16 +10,7 @@ import math
 import threading
 from dataclasses import replace
 
-from ...arm import (
-    ARM_IDS,
-    ARRIVED,
-    GRIP_FORCE,
-    GRIPPER_ID,
-    IDLE_S,
-    JOINT_IDS,
-    PARK_SPEED,
-    STALL_TORQUE,
-)
+from ...arm import ARRIVED, GRIP_FORCE, GRIPPER_ID, IDLE_S, JOINT_IDS, PARK_SPEED, STALL_TORQUE
 from ...arrays import as_number
 from ...errors import (
     BadInput,
@@ -40,16 +31,17 @@ from ..dynamixel import units
 from ..dynamixel.bus import Bus, again, for_each
 from ..fault_table import judge, registers
 from ..safety import RAMP, Guard
-from . import gate
+from . import gate, rescue
 from .brake import Brake
-from .discovery import Condition, look_over
+from .discovery import look_over
 from .gripper import Grip, Gripper
 from .monitor import Monitor, Reading, Watch
 from .push_by_current import Pushing
-from .rescue import LOOK_S, Rescue, port_lost
 from .servo_group import HOLD_SLACK, JOINTS, RESTING, Servos
 
 _log = logging.getLogger("omx.robot")
+#: Somebody wants the arm to stand, and its fingers.
+_STOPS = (KeyboardInterrupt, Stopped)
 
 
 class Driver:
@@ -65,15 +57,12 @@ class Driver:
         if idle_s is not None:
             as_number(idle_s, "idle_s", "at least 0.001 s, or None for never", 1e-3, math.inf)
         self.bus, self.guard, self.clock = bus, guard or Guard(), bus.clock
-        self.condition: Condition = look_over(bus)
-        if self.condition.problems:
-            raise NotReady(bus.name, self.condition.problems)
+        self.condition = look_over(bus)
         self.servos = Servos(bus, self.condition.registers, self._pwm(), self.guard.payload_g)
         self.monitor = Monitor(bus, offsets, self.condition.found)
         self.brake = Brake(self.servos, self.monitor)
         self.gripper = Gripper(self.servos)
         self.push = Pushing(self.servos, self.monitor, self.brake)
-        self.rescue = Rescue(self.servos, [servo for servo in ARM_IDS if servo in self.condition.servos])
         self.streamed: tuple[float, ...] | None = None  # the last point of a stream
         self.commanding = threading.RLock()  # from the look at the arm to the goal: two threads must not mix theirs
         self.mode = "position"
@@ -106,27 +95,24 @@ class Driver:
         """Set every servo up and switch it on where it stands: a limp joint's goal is first what holds it there."""
         self.bus.refuse_if_read_only("switch its motors on")
         self.brake.refuse_if_latched()
-        self.watcher.alone(self._switch_on)
-        for symptom in self.condition.left_behind:
-            _log.warning("set back: %s.", symptom)
+        with self.watcher.alone():
+            self.halt()  # a joint that lags behind, on less power than it is about to get, would leap
+            self.torque = True  # from the first one on
+            self.watcher.troubles.clear()
+            self.brake.holding, self.mode, self.streamed = True, "position", None
+            self.servos.switch_on(self.servos.ids)
+        for one in self.condition.found:
+            if one.mended and one.level != "note":
+                _log.warning("set back: %s.", one.symptom)
         self.condition.found.clear()
         self.watcher.begin()
 
-    def _switch_on(self) -> None:
-        self.halt()  # a joint that lags behind, on less power than it is about to get, would leap
-        self.torque = True  # from the first one on
-        self.watcher.troubles.clear()
-        self.brake.holding, self.mode, self.streamed = True, "position", None
-        self.servos.switch_on(self.rescue.ids)
-
     def relax(self) -> None:
         """Torque off: **the arm falls**. Support it first, or `park` instead."""
-        self.watcher.alone(self._switch_off)
-
-    def _switch_off(self) -> None:
-        for_each(self.rescue.ids, lambda servo: self.servos.put(servo, "torque_enable", 0))
-        self.torque, self.streamed = False, None
-        self.push.joints.clear()
+        with self.watcher.alone():
+            for_each(self.servos.ids, lambda servo: self.servos.put(servo, "torque_enable", 0))
+            self.torque, self.streamed = False, None
+            self.push.joints.clear()
 
     def recover(self) -> list[int]:
         """Reboot each servo that reports a hardware error, and switch on again, where it stands, what has no torque.
@@ -134,14 +120,11 @@ class Driver:
         A servo that reboots is limp for half a second: support the arm. Returns the ids of the servos rebooted.
         """
         self.bus.refuse_if_read_only("restart a servo")
-        faulty = self.watcher.alone(self._recover)
+        with self.watcher.alone():
+            faulty = rescue.recover(self.servos, self.torque)
+            self.torque = any(self.servos.of_joints("torque_enable").values())
+            self.watcher.troubles.clear()
         self.watcher.begin()
-        return faulty
-
-    def _recover(self) -> list[int]:
-        faulty = self.rescue.recover(self.torque)
-        self.torque = any(self.servos.of_joints("torque_enable").values())
-        self.watcher.troubles.clear()
         return faulty
 
     # ---- looking ----
@@ -168,8 +151,8 @@ class Driver:
             except PortLost as error:
                 if not self.torque:
                     raise
-                raise port_lost(error) from error
-            if self.monitor.alert:
+                raise rescue.port_lost(error) from error
+            if self.bus.alerts.intersection(JOINTS):
                 self._fault()
             if self.torque:
                 self._judge(reading)
@@ -192,9 +175,6 @@ class Driver:
 
     def _health(self) -> NotReady | ObjectLost | None:
         wrong = self.monitor.health() or self.gripper.lost()
-        for warning in self.monitor.new_warnings:
-            _log.warning("%s", warning)
-        self.monitor.new_warnings.clear()
         if self.watcher.folding and isinstance(wrong, NotReady):  # the motors are about to go off, which helps best
             wrong = None
         self.watcher.hot = isinstance(wrong, NotReady)
@@ -204,20 +184,19 @@ class Driver:
 
     def _check_torque(self) -> None:
         """A motor that is off although we switched it on: an error, or a restart that nobody noticed."""
-        if self.torque:
-            self.watcher.alone(self._catch_limp)
+        with self.watcher.alone():
+            if self.torque and (off := rescue.off(self.servos)):
+                self._fault()
+                rescue.catch(self.servos, off)
 
-    def _catch_limp(self) -> None:
-        if self.torque and (off := self.rescue.off()):  # another thread may have switched them off meanwhile
-            self._fault()
-            self.rescue.catch(off)
-
-    def _catch_limp_fingers(self) -> None:
-        if not self.torque:
-            raise TorqueOff
-        if not self.servos.get(GRIPPER_ID, "torque_enable"):
-            again(self.bus.check_hardware, [GRIPPER_ID])
-            self.rescue.catch([GRIPPER_ID])
+    def _check_fingers(self) -> None:
+        """The same for the gripper's motor."""
+        with self.watcher.alone():
+            if not self.torque:
+                raise TorqueOff
+            if not self.servos.get(GRIPPER_ID, "torque_enable"):
+                again(self.bus.check_hardware, [GRIPPER_ID])
+                rescue.catch(self.servos, [GRIPPER_ID])
 
     # ---- when something is wrong ----
 
@@ -239,7 +218,8 @@ class Driver:
         """Someone did not answer twice: the others hold, and whoever is back after a restart is caught."""
         self.halt()
         if self.torque:
-            self.watcher.alone(self.rescue.find, error)
+            with self.watcher.alone():
+                rescue.find(self.servos, error)
             self._check_torque()
 
     # ---- stopping ----
@@ -281,22 +261,18 @@ class Driver:
 
     def stiffen(self) -> None:
         """Back into position mode, joint by joint."""
-        if self.torque and self.servos.soft:
-            self.watcher.alone(self._stiffen)
-
-    def _stiffen(self) -> None:
-        if self.torque:  # another thread may have switched them off meanwhile
-            self.servos.stiffen()
+        if self.servos.soft:
+            with self.watcher.alone():
+                if self.torque:  # another thread may have switched them off meanwhile
+                    self.servos.stiffen()
 
     def soften(self, servos) -> None:
         """One of the `servos` after the other into the mode with limited current, each holding as it did."""
         self.come_to_rest()
-        self.watcher.alone(self._soften, servos)
-
-    def _soften(self, servos) -> None:
-        if not self.torque:
-            raise TorqueOff
-        self.servos.soften(servos)
+        with self.watcher.alone():
+            if not self.torque:
+                raise TorqueOff
+            self.servos.soften(servos)
 
     def halt(self) -> None:
         """Hold on our own account, once; what fails then does not hide the reason for it."""
@@ -309,18 +285,18 @@ class Driver:
         if isinstance(error, KeyboardInterrupt):
             self.brake.latch("interrupted")
         self.halt()
-        if isinstance(error, (KeyboardInterrupt, Stopped)):
+        if isinstance(error, _STOPS):
             self._still_fingers()
         if isinstance(error, (BusTimeout, BusCorrupt)):
             with contextlib.suppress(OmxError):
                 self._silence(error)
 
     @contextlib.contextmanager
-    def unbroken(self):
-        """Whatever ends early in here, by an error or an interrupt, makes the arm hold."""
+    def unbroken(self, by=BaseException):
+        """Whatever ends early in here, `by` an error or an interrupt, makes the arm hold."""
         try:
             yield
-        except BaseException as error:
+        except by as error:
             self.broken_off(error)
             raise
 
@@ -336,8 +312,8 @@ class Driver:
 
     # ---- moving ----
 
-    def command(self, q, seconds: float | None = None) -> tuple[tuple[float, ...], float]:
-        """Send the joints to `q` (rad) in `seconds`; returns what was sent (rounded to ticks) and the seconds.
+    def command(self, q, seconds: float | None = None) -> tuple[float, ...]:
+        """Send the joints to `q` (rad) in `seconds`; returns what was sent, rounded to ticks.
 
         Without `seconds`, as fast as the speed cap allows; from outside the limits slowly, whatever `seconds` say. An
         arm that moves is brought to rest first. Raises `JointLimit`, `Collision`, `TooFast`, `TorqueOff`, `Stopped`;
@@ -347,7 +323,7 @@ class Driver:
             self.ready("position")
             return self._move(q, seconds, self.guard.speed_cap)
 
-    def _move(self, q, seconds: float | None, cap: float) -> tuple[tuple[float, ...], float]:
+    def _move(self, q, seconds: float | None, cap: float) -> tuple[float, ...]:
         present = self.watch().q
         goal = self.guard.check(q, present)
         asked = gate.seconds(self.guard, present, goal, seconds, cap)
@@ -358,12 +334,12 @@ class Driver:
         if seconds is not None and took > seconds and (outside := gate.outside(self.guard, start)):
             joints = ", ".join(map(str, outside))
             _log.warning("%s: the way back in takes %.1f s instead of %.1f s.", joints, took, seconds)
-        return self.send(goal, took, RAMP), took
+        return self.send(goal, took, RAMP)
 
     def come_to_rest(self) -> tuple[float, ...]:
         """Where the joints' set-points stand (rad), once they do: a servo takes its old speed into a new motion."""
         slack = units.ANGLE.value(HOLD_SLACK)
-        for _ in range(round(1.0 / LOOK_S)):  # not a second: it may pass between two looks
+        for _ in range(round(1.0 / rescue.LOOK_S)):  # not a second: it may pass between two looks
             reading = self.watch()
             gaps = (abs(a - b) for a, b in zip(reading.aim, reading.q, strict=True))
             runs = any(reading.aim_speed) or max(gaps) > slack or self.moving
@@ -371,7 +347,7 @@ class Driver:
                 break
             if not (self.brake.holding and self.brake.moving):
                 self.stand()
-            self.clock.sleep(LOOK_S)
+            self.clock.sleep(rescue.LOOK_S)
         return reading.aim if self.torque else reading.q
 
     def send(self, goal, seconds: float, ramp: float, confirmed: bool = True) -> tuple[float, ...]:
@@ -380,19 +356,19 @@ class Driver:
         readings = [angle - offset for angle, offset in zip(goal, offsets, strict=True)]
         ticks = {servo: units.POSITION.raw(angle) for servo, angle in zip(JOINTS, readings, strict=True)}
         with self.unbroken(), self.brake.lock:
-            self.brake.refuse_if_latched()
+            self.brake.refuse_if_stopped_since(self.brake.began)
             self.watcher.ask()
             self.brake.sets_off(seconds)
             self.servos.send(ticks, seconds, ramp, confirmed)
             self.brake.sets_off(seconds)  # the program may have been held up in between
-            self.brake.refuse_if_latched()  # a signal's handler comes in spite of the lock
+            self.brake.refuse_if_stopped_since(self.brake.began)  # a signal's handler comes in spite of the lock
         self.watcher.begin()
         return tuple(units.POSITION.value(ticks[servo]) + a for servo, a in zip(JOINTS, offsets, strict=True))
 
     def check_settings(self) -> None:
         """Raise what became of the servos since they were set up: no torque, other modes."""
         self._check_torque()
-        self.rescue.check_settings()
+        rescue.check_settings(self.servos)
 
     def stream_to(self, q, seconds: float) -> Reading:
         """One small step of a stream: the joints are to be at `q` (rad) in `seconds`. Returns where they were.
@@ -418,15 +394,15 @@ class Driver:
 
         An interrupt, or any error, makes the arm hold. Raises what `watch` raises.
         """
-        stops = self.brake.stops
+        began = self.brake.began
         with self.unbroken():
             while True:
                 late = self.clock.now() - self.brake.arrival  # before the look, which may be held up
                 reading = self.watch()
-                self.brake.refuse_if_stopped_since(stops)
+                self.brake.refuse_if_stopped_since(began)
                 if late >= 0 and (max(map(abs, reading.speed)) < RESTING or late > patience_s):
                     return reading
-                self.clock.sleep(LOOK_S)
+                self.clock.sleep(rescue.LOOK_S)
 
     def arrive(self, goal) -> Reading:
         """Wait for a move to `goal` (rad) to end; raises `NotArrived` if a joint is not there then, with the cause."""
@@ -436,8 +412,8 @@ class Driver:
         if abs(gaps[worst]) > ARRIVED:
             self.halt()
             servo = JOINTS[worst]
-            symptoms = [one.symptom for one in judge(servo, registers(self.bus, [servo])[servo])
-                        if one.condition.level != "note"]  # fmt: skip
+            found = judge(servo, registers(self.bus, [servo])[servo])
+            symptoms = [one.symptom for one in found if one.level != "note"]
             cause = "; ".join(symptoms) or "something is in its way, or it carries more than it can"
             raise NotArrived(worst + 1, gaps[worst], cause)
         return reading
@@ -451,7 +427,7 @@ class Driver:
                 self._park()
 
     def _park(self) -> None:
-        self.brake.refuse_if_latched()
+        self.brake.begin()
         if self.mode != "position":
             self.hold()
         known, self.watcher.troubles = self.watcher.troubles, []  # said already, and parking is what helps
@@ -460,7 +436,7 @@ class Driver:
             with self.unbroken(), self._rescuing():
                 self.check_settings()
                 for goal in gate.way_to_rest(self.guard, self.come_to_rest()):
-                    sent, _ = self._move(goal, None, min(PARK_SPEED, self.guard.speed_cap))
+                    sent = self._move(goal, None, min(PARK_SPEED, self.guard.speed_cap))
                     self.arrive(sent)  # from anywhere else it would fall
                 self.relax()
         finally:
@@ -474,31 +450,24 @@ class Driver:
 
         It goes on pressing. Does not wait. Raises `TorqueOff`, `Stopped`, `NotReady` without a gripper.
         """
+        self.gripper.began = stops = self.brake.stops  # counted first: a stop may come between two lines
         self.brake.refuse_if_latched()
         self.watcher.asked()
-        if not self.condition.has_gripper:
+        if GRIPPER_ID not in self.servos.ids:
             raise NotReady(self.bus.name, ["no gripper: servo 15 does not answer"])
-        self.watcher.alone(self._catch_limp_fingers)
-        try:
+        self._check_fingers()
+        with self.unbroken(_STOPS):
             self.gripper.prepare(force, seconds)
             with self.brake.lock:
-                self.brake.refuse_if_latched()
+                self.brake.refuse_if_stopped_since(stops)
                 self.gripper.close_to(servo_angle, seconds)
-                self.brake.refuse_if_latched()
-        except (KeyboardInterrupt, Stopped) as error:
-            self.broken_off(error)
-            raise
+                self.brake.refuse_if_stopped_since(stops)
 
     def settle(self) -> Grip:
         """Wait until the fingers stand, and look; raises `Stopped` if somebody stopped them, resumed or not."""
-        stops = self.brake.stops
-        try:
+        with self.unbroken(_STOPS):
             found = self.gripper.settle()
-            self.brake.refuse_if_latched()
-            self.brake.refuse_if_stopped_since(stops)
-        except (KeyboardInterrupt, Stopped) as error:
-            self.broken_off(error)
-            raise
+            self.brake.refuse_if_stopped_since(self.gripper.began)
         return found
 
     # ---- small parts ----
@@ -506,7 +475,7 @@ class Driver:
     def ready(self, mode: str) -> None:
         """Raise what forbids a command of this `mode`."""
         self.watcher.ask()
-        self.brake.refuse_if_latched()
+        self.brake.begin()
         self.watcher.asked()
         if not self.torque:
             raise TorqueOff

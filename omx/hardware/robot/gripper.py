@@ -7,14 +7,7 @@ go on pressing. A position alone would take all the servo has, overload, and dro
 import math
 from typing import NamedTuple
 
-from ...arm import (
-    FINGER_PER_RAD,
-    GRIP_FORCES,
-    GRIP_TORQUE_PER_N,
-    GRIPPER_ID,
-    OPENING_AT_ZERO,
-    TORQUE_PER_MA,
-)
+from ...arm import FINGER_PER_RAD, GRIP_FORCES, GRIP_TORQUE_PER_N, GRIPPER_ID, OPENING_AT_ZERO, TORQUE_PER_MA
 from ...arrays import as_number
 from ...errors import ObjectLost
 from ..dynamixel import registers as reg
@@ -53,6 +46,7 @@ class Gripper:
         self.servos, self.clock = servos, servos.bus.clock
         self.goal: float | None = None
         self._held: float | None = None  # where the fingers stood when they held something
+        self.began = 0  # how often the arm had been stopped when they were last told to go
         self._standing = 0.0  # the time from which on they should stand
 
     def prepare(self, force: float, seconds: float) -> None:

@@ -8,17 +8,15 @@ import logging
 import math
 import threading
 import weakref
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import NamedTuple
 
-from ...arm import JOINT_IDS
-from ...errors import NotReady, OmxError, OutOfBounds, Stalled, TooFast
+from ...errors import NotReady, OmxError, Stalled
 from .. import gravity
 from ..dynamixel import registers as reg
-from ..dynamixel import units
 from ..dynamixel.bus import Bus, again
-from ..fault_table import HEALTH, Found, judge, sentences
-from ..safety import Guard, stalled
+from ..fault_table import HEALTH, Finding, judge, registers, sentences
+from ..safety import stalled
 from .servo_group import JOINTS
 
 STALL_S = 0.15
@@ -37,7 +35,6 @@ _log = logging.getLogger("omx.robot")
 LOOK = reg.block(
     "present_current", "present_velocity", "present_position", "velocity_trajectory", "position_trajectory"
 )
-_UNITS = tuple(units.unit_of(row) for row in LOOK.registers)
 
 
 class Reading(NamedTuple):
@@ -50,22 +47,20 @@ class Reading(NamedTuple):
     aim_speed: tuple[float, ...]
 
 
-def _whose(one: Found) -> tuple[str, int | None]:
+def _whose(one: Finding) -> tuple[str, int | None]:
     """The condition and its servo: each has a temperature of its own, but all have one supply."""
-    return one.condition.key, None if one.condition.key == "weak_voltage" else one.servo
+    return one.key, None if one.key == "weak_voltage" else one.servo
 
 
 class Monitor:
     """The joints on `bus`, looked at and judged. `seen`: when they were read last, and where each was (ticks).
 
     `offsets` (rad) are added to what is read; `known` is what was found, and told, when the arm was opened.
-    `new_warnings` are sentences that nobody has been told yet.
     """
 
-    def __init__(self, bus: Bus, offsets=(0.0,) * 4, known: Iterable[Found] = ()):
+    def __init__(self, bus: Bus, offsets=(0.0,) * 4, known: Iterable[Finding] = ()):
         self.bus, self.offsets = bus, offsets
         self.seen: tuple[float, dict[int, int]] = (-math.inf, {})
-        self.new_warnings: list[str] = []
         self._warned = {_whose(one): bus.clock.now() for one in known}  # when it was last so
         self._stall_since: dict[int, float] = {}
         self._health_at = bus.clock.now() + HEALTH_S  # opening has just looked
@@ -76,17 +71,12 @@ class Monitor:
         self.seen = self.bus.clock.now(), {servo: block[servo][2] for servo in JOINTS}
         columns = zip(*(block[servo] for servo in JOINTS), strict=True)
         current, speed, q, aim_speed, aim = (
-            tuple(map(unit.value, column)) for unit, column in zip(_UNITS, columns, strict=True)
+            tuple(map(row.unit.value, column)) for row, column in zip(LOOK.registers, columns, strict=True)
         )
         return Reading(self._corrected(q), speed, current, self._corrected(aim), aim_speed)
 
     def _corrected(self, q) -> tuple[float, ...]:
         return tuple(angle + offset for angle, offset in zip(q, self.offsets, strict=True))
-
-    @property
-    def alert(self) -> bool:
-        """True if a joint's last answer said that it has a hardware error."""
-        return bool(self.bus.alerts & set(JOINT_IDS))
 
     def stall(self, reading: Reading, payload_g: float = 0.0) -> Stalled | None:
         """The joint that has been pushing on something for `STALL_S`, if one has; the weight it carries is nothing."""
@@ -99,17 +89,6 @@ class Monitor:
                 return Stalled(joint, reading.current[joint - 1])
         return None
 
-    def out_of_bounds(self, q, speed, guard: Guard, seconds: float) -> OutOfBounds | None:
-        """Is `speed` (rad/s) above the cap, or will it bring the arm in `seconds` too near a limit or the table?"""
-        fastest = max(map(abs, speed))
-        try:
-            if fastest > guard.speed_cap:
-                raise TooFast(f"q{list(map(abs, speed)).index(fastest) + 1}", fastest, guard.speed_cap, seconds)
-            guard.check([a + v * seconds for a, v in zip(q, speed, strict=True)], q)
-        except OmxError as reason:
-            return OutOfBounds(reason)
-        return None
-
     def health_is_due(self) -> bool:
         """Once in `HEALTH_S`: is it time to look at supply and temperature?"""
         if self.bus.clock.now() < self._health_at:
@@ -118,14 +97,13 @@ class Monitor:
         return True
 
     def health(self) -> NotReady | None:
-        """Voltage and temperature of the joints: what forbids going on; warnings are remembered."""
-        found = []
-        for servo, values in again(self.bus.read_block, JOINTS, HEALTH).items():
-            found += judge(servo, dict(zip((row.name for row in HEALTH.registers), values, strict=True)))
+        """Voltage and temperature of the joints: what forbids going on; a warning is said, once."""
+        at = registers(self.bus, JOINTS, (HEALTH,))
+        found = [one for servo in JOINTS for one in judge(servo, at[servo])]
         now, warnings = self.bus.clock.now(), [one for one in found if one.warns]
-        self.new_warnings += sentences(
-            one for one in warnings if now - self._warned.get(_whose(one), -math.inf) > AWAY_S
-        )
+        new = [one for one in warnings if now - self._warned.get(_whose(one), -math.inf) > AWAY_S]
+        for sentence in sentences(new):
+            _log.warning("%s", sentence)
         self._warned |= {_whose(one): now for one in warnings}
         problems = sentences(one for one in found if one.forbids)
         return NotReady(f"{self.bus.name} holds: the arm", problems) if problems else None
@@ -155,13 +133,14 @@ class Watch:
         with contextlib.suppress(IndexError):  # nothing, or another thread asks at the same moment
             raise self.troubles.pop(0)
 
-    def alone(self, change: Callable, *args):
-        """`change(*args)`, which decides what motors are on: one thread after the other, and no look in between."""
+    @contextlib.contextmanager
+    def alone(self):
+        """For deciding what motors are on: one thread after the other, and no look in between."""
         with self._alone:
             before = self._busy
             try:
                 self._busy = True
-                return change(*args)
+                yield
             finally:
                 self._busy = before
 

@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping
 
 from ...arm import NO_LOAD_SPEED, STALL_CURRENT
-from ...errors import OutOfBounds
+from ...errors import OmxError, OutOfBounds, TooFast
 from ..dynamixel import units
 from ..safety import Guard
 from .brake import Brake
@@ -43,11 +43,18 @@ class Pushing:
         return self.clock.now() >= self.until
 
     def forecast(self, reading: Reading, milliamps: Mapping[int, float], guard: Guard) -> OutOfBounds | None:
-        """What the guard has against pushing with `milliamps` (id -> mA) from here."""
+        """What the guard has against pushing with `milliamps` (id -> mA) from here: too fast, or soon too near."""
         # A motor has no inertia to speak of: what it pushes more than now decides at once how much faster it turns.
         now = zip(JOINTS, reading.speed, reading.current, strict=True)
         speed = [v + (milliamps.get(servo, mA) - mA) * SPEED_PER_MA for servo, v, mA in now]
-        return self.monitor.out_of_bounds(reading.q, speed, guard, AHEAD_S)
+        worst = max(range(4), key=lambda i: abs(speed[i]))
+        try:
+            if abs(speed[worst]) > guard.speed_cap:
+                raise TooFast(f"q{worst + 1}", abs(speed[worst]), guard.speed_cap, AHEAD_S)
+            guard.check([a + v * AHEAD_S for a, v in zip(reading.q, speed, strict=True)], reading.q)
+        except OmxError as reason:
+            return OutOfBounds(reason)
+        return None
 
     def push(self, milliamps: Mapping[int, float]) -> tuple[float, ...]:
         """Each of these joints (id -> mA) pushes from now on; returns the currents as the servos round them."""
@@ -58,10 +65,10 @@ class Pushing:
             for servo, push in raw.items()
         }
         with self.brake.lock:
-            self.brake.refuse_if_latched()
+            self.brake.refuse_if_stopped_since(self.brake.began)
             self.joints = set(raw)
             self.servos.bus.write_all("bus_watchdog", dict.fromkeys(raw, units.WATCHDOG.raw(UNREPEATED_S)))
             self.servos.bus.write_block(MOTION_PUSHED, motions)
             self.until = self.clock.now() + UNREPEATED_S
-            self.brake.refuse_if_latched()  # a signal's handler comes in spite of the lock
+            self.brake.refuse_if_stopped_since(self.brake.began)  # a signal's handler comes in spite of the lock
         return tuple(units.CURRENT.value(push) for push in raw.values())

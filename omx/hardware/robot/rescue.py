@@ -1,4 +1,7 @@
-"""Servos in trouble: who is silent, who has lost its torque, and switching them on again where they stand."""
+"""Servos in trouble: who is silent, who has lost its torque, and switching them on again where they stand.
+
+Whoever calls this has made the arm hold.
+"""
 
 import contextlib
 
@@ -12,61 +15,60 @@ RESTART_S = 0.6
 LOOK_S = 0.02
 
 
-class Rescue:
-    """Looks after `servos`, of which `ids` are there. Whoever calls it has made the arm hold."""
+def find(servos: Servos, error: BusError) -> None:
+    """Wait for who did not answer, as long as a restart takes; raises `ServoLost` if that is not all of them."""
+    bus, gone = servos.bus, servos.ids
+    until = bus.clock.now() + RESTART_S
+    while True:
+        there = bus.scan(gone)
+        gone = [servo for servo in gone if servo not in there]
+        if not gone:
+            return
+        if bus.clock.now() >= until:
+            raise ServoLost(bus.name, "answer", gone, [s for s in servos.ids if s not in gone]) from error
+        bus.clock.sleep(LOOK_S)
 
-    def __init__(self, servos: Servos, ids: list[int]):
-        self.servos, self.bus, self.ids = servos, servos.bus, ids
 
-    def find(self, error: BusError) -> None:
-        """Wait for who did not answer, as long as a restart takes; raises `ServoLost` if that is not all of them."""
-        gone, until = self.ids, self.bus.clock.now() + RESTART_S
-        while True:
-            there = self.bus.scan(gone)
-            gone = [servo for servo in gone if servo not in there]
-            if not gone:
-                return
-            if self.bus.clock.now() >= until:
-                raise ServoLost(self.bus.name, "answer", gone, [s for s in self.ids if s not in gone]) from error
-            self.bus.clock.sleep(LOOK_S)
+def off(servos: Servos) -> list[int]:
+    """The joints without torque."""
+    return [servo for servo, on in servos.of_joints("torque_enable").items() if not on]
 
-    def off(self) -> list[int]:
-        """The joints without torque."""
-        return [servo for servo, on in self.servos.of_joints("torque_enable").items() if not on]
 
-    def catch(self, servos) -> None:
-        """Switch on again, where they stand, `servos` that have restarted; raises `ServoRestarted`."""
-        caught = []
-        for servo in servos:
-            with contextlib.suppress(BusError):
-                self.servos.set_up(servo, "position", on=True)
-                caught.append(servo)
-        raise ServoRestarted(self.bus.name, servos, held=len(caught) == len(servos))
+def catch(servos: Servos, restarted) -> None:
+    """Switch on again, where they stand, those that have `restarted`; raises `ServoRestarted`."""
+    caught = []
+    for servo in restarted:
+        with contextlib.suppress(BusError):
+            servos.set_up(servo)
+            caught.append(servo)
+    raise ServoRestarted(servos.bus.name, restarted, held=len(caught) == len(restarted))
 
-    def recover(self, torque: bool) -> list[int]:
-        """Reboot each servo that reports an error; with `torque`, switch on what has none. Returns the rebooted."""
-        bits = again(self.bus.read_all, self.ids, "hardware_error")
-        faulty = [servo for servo in bits if bits[servo]]
-        for servo in faulty:
-            self.bus.reboot(servo)
-            self.bus.clock.sleep(0.5)
-            self.servos.set_up(servo, "position", on=True)
-        for servo in self.off() if torque else ():
-            self.servos.set_up(servo, "position", on=True)
-        return faulty
 
-    def check_settings(self) -> None:
-        """Is every joint still as it was set up? After a restart, or another program, a goal would mean full speed."""
-        wanted = (reg.DRIVE_TIME_BASED, reg.MODES["position"])
-        found = again(self.bus.read_block, JOINTS, MODES)
-        wrong = [
-            f"servo {servo} has drive mode {got[0]} and operating mode {got[1]} instead of {wanted[0]} and "
-            f"{wanted[1]}, so goals would not take the time given: `robot.write_motor_state(True)` sets it up"
-            for servo, got in found.items()
-            if got != wanted
-        ]
-        if wrong:
-            raise NotReady(self.bus.name, wrong)
+def recover(servos: Servos, torque: bool) -> list[int]:
+    """Reboot each servo that reports an error; with `torque`, switch on what has none. Returns the rebooted."""
+    bits = again(servos.bus.read_all, servos.ids, "hardware_error")
+    faulty = [servo for servo in bits if bits[servo]]
+    for servo in faulty:
+        servos.bus.reboot(servo)
+        servos.bus.clock.sleep(0.5)
+        servos.set_up(servo)
+    for servo in off(servos) if torque else ():
+        servos.set_up(servo)
+    return faulty
+
+
+def check_settings(servos: Servos) -> None:
+    """Is every joint still as it was set up? After a restart, or another program, a goal would mean full speed."""
+    wanted = (reg.DRIVE_TIME_BASED, reg.MODES["position"])
+    found = again(servos.bus.read_block, JOINTS, MODES)
+    wrong = [
+        f"servo {servo} has drive mode {got[0]} and operating mode {got[1]} instead of {wanted[0]} and "
+        f"{wanted[1]}, so goals would not take the time given: `robot.write_motor_state(True)` sets it up"
+        for servo, got in found.items()
+        if got != wanted
+    ]
+    if wrong:
+        raise NotReady(servos.bus.name, wrong)
 
 
 def port_lost(error: PortLost) -> PortLost:

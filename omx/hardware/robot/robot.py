@@ -13,13 +13,13 @@ from ...arrays import as_four, as_number
 from ...dh import Chain, DHRow
 from ...errors import BadInput, OmxError
 from ...geometry import COURSE, Geometry
-from ...kinematics import fk, frames, ik, jacobian, pose, solve_ik
+from ...kinematics import fk, ik, jacobian, pose, solve_ik
 from ..clock import SteppedClock, period, ticks
 from ..dynamixel.bus import Bus
 from ..log import Log, Recorder, read_log
 from ..safety import Guard
 from ..simulator import VirtualArm, VirtualPort
-from . import leader_follower, modes, shutdown, streaming, teaching
+from . import modes, shutdown, streaming, teaching
 from .calibration import as_calibration
 from .discovery import open_bus
 from .driver import Driver, Reading
@@ -116,7 +116,7 @@ class Robot:
         Takes the seconds of `write_time`, or as few as the speed cap allows. Refuses what is outside the limits, hits
         the table or the arm itself, or is too fast: then nothing was sent, and the error names what would pass.
         """
-        sent, _ = self.driver.command(np.radians(as_four(q_deg, "q_deg", "four numbers")), self._seconds)
+        sent = self.driver.command(np.radians(as_four(q_deg, "q_deg", "four numbers")), self._seconds)
         return np.degrees(sent)
 
     def get_joints_readings(self) -> np.ndarray:
@@ -184,10 +184,6 @@ class Robot:
         """The Jacobian (6, 4) at four angles (deg): mm/rad, then rad/rad."""
         return jacobian(np.radians(as_four(q_deg, "q_deg", "four numbers")), self.geometry)
 
-    def get_frames(self, q_deg) -> np.ndarray:
-        """T_0_0 .. T_0_4, (5, 4, 4), mm, at four angles (deg)."""
-        return frames(np.radians(as_four(q_deg, "q_deg", "four numbers")), self.geometry)
-
     # ---- beyond the course ----
 
     @property
@@ -200,14 +196,14 @@ class Robot:
 
         Raises `NotArrived` if a joint is not there when the time is over, with the likely cause.
         """
-        sent, _ = self.driver.command(np.radians(as_four(q_deg, "q_deg", "four numbers")), seconds)
+        sent = self.driver.command(np.radians(as_four(q_deg, "q_deg", "four numbers")), seconds)
         return _in_degrees(self.driver.arrive(sent))
 
     def move_to_pose(self, pose_deg, seconds: float | None = None) -> np.ndarray:
         """Go to [x, y, z, pitch] (mm, deg) by the nearest legal branch and wait; returns the reading (3, 4)."""
         target = _task(pose_deg)
         q = solve_ik(target, self.driver.read().q, self.geometry, self.driver.guard.soft_limits)
-        sent, _ = self.driver.command(q.q, seconds)
+        sent = self.driver.command(q.q, seconds)
         return _in_degrees(self.driver.arrive(sent))
 
     def grip(self, force: float = GRIP_FORCE, payload_g: float | None = None, payload_mm: float = 0.0) -> Grip:
@@ -298,11 +294,10 @@ class Robot:
         motion = teaching.trajectory(log, speed)
         teaching.check_speed(self.driver, motion, speed)
         streaming.check_path(self.driver, motion)
-        self.driver.command(motion.q[0])
-        self.driver.arrive(motion.q[0])
+        self.driver.arrive(self.driver.command(motion.q[0]))
         self.follow(motion, rate, each)
 
-    def follow_leader(self, leader, seconds: float, rate: float = 100.0) -> leader_follower.Led:
+    def follow_leader(self, leader, seconds: float, rate: float = 100.0) -> streaming.Led:
         """For `seconds` go where `leader` goes: another `Robot`, or a function that returns four angles (deg).
 
         A leader with relaxed or balanced joints is led by hand. Each step passes the guard; where one is refused the
@@ -315,7 +310,7 @@ class Robot:
         def where():
             return leader.q if isinstance(leader, Robot) else np.radians(as_four(leader(), "leader()", "four numbers"))
 
-        return leader_follower.lead(self.driver, where, seconds, rate)
+        return streaming.lead(self.driver, where, seconds, rate)
 
     def hold(self) -> None:
         """Stop where the arm is, motors on."""

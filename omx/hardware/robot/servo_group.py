@@ -13,10 +13,12 @@ from ...errors import BusError, ServoRefused
 from ..dynamixel import registers as reg
 from ..dynamixel import units
 from ..dynamixel.bus import Bus, again, for_each
-from ..fault_table import MENDS
+from ..fault_table import GAINS, MENDS
 from ..gravity import sagged
 
 HOLD_S = 0.2
+#: How long (s) a motor takes to its set-point when it goes on: it may have fallen from there while we were held up.
+CAREFUL_S = 4.0
 #: What was read longer ago (s), because the program was held up, is read again, so often at the most.
 STALE_S, STALE_TRIES = 0.1, 5
 #: A joint that is farther (ticks) from its own set-point than this is being held up by something.
@@ -35,23 +37,21 @@ WATCHDOG = reg.block("bus_watchdog")
 #: How fast a servo turns, where it is, and its own set-point with its speed.
 STATE = reg.block("present_velocity", "present_position", "velocity_trajectory", "position_trajectory")
 #: What is written at every set-up, in blocks of neighbours.
-SETTINGS = (
-    reg.block("position_d_gain", "position_i_gain", "position_p_gain"),
-    reg.block("feedforward_2nd_gain", "feedforward_1st_gain"),
-    WATCHDOG,
-)
+SETTINGS = (*GAINS, WATCHDOG)
 JOINTS = JOINT_IDS
 
 
 class Servos:
     """What is done to one servo, or to several, of `bus`. Raw values, but for seconds.
 
-    `at`: the registers of each as they were found, its limits among them; `pwm`: the most of its power that each joint
-    may use. `soft`: the joints that are on, and not in position mode. `payload_g`: what hangs on the gripper.
+    `at`: the registers of each as they were found, its limits among them; `ids`: who is there. `pwm`: the most of its
+    power that each joint may use. `soft`: the joints that are on, and not in position mode. `payload_g`: what hangs on
+    the gripper.
     """
 
     def __init__(self, bus: Bus, at: dict[int, dict[str, int]], pwm: dict[int, int], payload_g: float = 0.0):
         self.bus, self.at, self.pwm, self.payload_g = bus, at, pwm, payload_g
+        self.ids = sorted(at)
         on = [servo for servo in JOINTS if at[servo]["torque_enable"]]
         self.soft = {servo for servo in on if at[servo]["operating_mode"] != reg.MODES["position"]}
 
@@ -103,7 +103,7 @@ class Servos:
             self.put_all(MODES, limp)
         for servo in wrong:
             if on[servo]:  # its motor must go off for it: one after the other, so that the others hold
-                self.set_up(servo, "position", on=True)
+                self.set_up(servo)
         self._mend(servos)
         state = again(self.bus.read_block, servos, STATE)
         lifts = self._lifts(state)
@@ -135,8 +135,8 @@ class Servos:
         reverse = drive & reg.DRIVE_REVERSE if servo == GRIPPER_ID else 0
         return reg.DRIVE_TIME_BASED | reverse, reg.MODES[mode]
 
-    def set_up(self, servo: int, mode: str, on: bool) -> None:
-        """One servo: modes, both read back; what others left; profile, read back; goal := present; torque.
+    def set_up(self, servo: int, mode: str = "position") -> None:
+        """One servo: modes, both read back; what others left; profile, read back; goal := present; torque on.
 
         Drive and operating mode live in the EEPROM, which is locked while the torque is on. Only if one of them is
         wrong does the torque go off, for some milliseconds.
@@ -145,39 +145,36 @@ class Servos:
         try:
             self._choose_modes(servo, mode)
             self._mend([servo])
-            self.slow(servo)
-            if not self.get(servo, "torque_enable"):
-                self._goal_here(servo)
-            if on:
-                self.put(servo, "torque_enable", 1)
+            self._switch_on_here(servo)
             (self.soft.discard if mode == "position" else self.soft.add)(servo)
         except BaseException:
             if was_on:
-                self._catch(servo)
+                with contextlib.suppress(BusError):
+                    self._switch_on_here(servo)
             raise
 
     def _choose_modes(self, servo: int, mode: str) -> None:
-        drive = self.get(servo, "drive_mode")
-        wanted = dict(zip(("drive_mode", "operating_mode"), self._wanted(servo, drive, mode), strict=True))
-        if drive == wanted["drive_mode"] and self.get(servo, "operating_mode") == wanted["operating_mode"]:
-            return
-        self.put(servo, "torque_enable", 0)
-        for name, value in wanted.items():
-            self.put(servo, name, value)
-            if (found := self.get(servo, name)) != value:
-                self._not_taken(servo, name, value, found)
+        found = again(self.bus.read_block, [servo], MODES)[servo]
+        wanted = self._wanted(servo, found[0], mode)
+        if found != wanted:
+            self.put(servo, "torque_enable", 0)
+            self.put_all(MODES, {servo: wanted})
 
-    def _goal_here(self, servo: int) -> None:
-        self.put(servo, "goal_position", self.within_limits(servo, self.get(servo, "present_position")))
+    def _switch_on_here(self, servo: int) -> None:
+        self.slow(servo, CAREFUL_S)
+        if not self.get(servo, "torque_enable"):
+            self.put(servo, "goal_position", self.within_limits(servo, self.get(servo, "present_position")))
+        self.put(servo, "torque_enable", 1)
+        self.slow(servo)
 
     def soften(self, servos) -> None:
         """One after the other into the mode with limited current, each holding as it did."""
         for servo in servos:
-            self.set_up(servo, "current_position", on=True)
+            self.set_up(servo, "current_position")
 
     def stiffen(self) -> None:
         """The joints that are not in position mode back into it; what fails is raised when all have been tried."""
-        for_each(sorted(self.soft), lambda servo: self.set_up(servo, "position", on=True))
+        for_each(sorted(self.soft), self.set_up)
 
     def within_limits(self, servo: int, position: int) -> int:
         """`position`, or the nearest that the servo takes as a goal."""
@@ -187,14 +184,6 @@ class Servos:
         """A profile of `seconds`, read back: 0, its value after a restart, is full speed."""
         total = units.MILLISECONDS.raw(seconds)
         self.put_all(PROFILE, {servo: (total // 4, total)})
-
-    def _catch(self, servo: int) -> None:
-        """Switch a servo on again where it is."""
-        with contextlib.suppress(BusError):
-            if not self.get(servo, "torque_enable"):
-                self.slow(servo)
-                self._goal_here(servo)
-                self.put(servo, "torque_enable", 1)
 
     # ---- moving and standing ----
 

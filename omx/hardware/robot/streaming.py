@@ -1,12 +1,16 @@
-"""Running a trajectory: looked through first, then sent point by point, at the pace that the program keeps."""
+"""Sending the arm along, step by step, every step through the guard: on a trajectory, or after a leader.
+
+A trajectory is looked through first, then sent point by point, at the pace that the program keeps.
+"""
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
-from ...arrays import as_rows, shown
-from ...errors import BadInput
+from ...arrays import as_four, as_rows, shown
+from ...errors import BadInput, Collision, JointLimit, OmxError, TooHeavy
 from ...motion.trajectory import Trajectory
 from ..clock import period, ticks
 from ..safety import STEP
@@ -23,8 +27,8 @@ NEAR = math.radians(3.0)
 def follow(driver: Driver, trajectory, rate: float, each: Callable[[Reading, float], None] | None) -> None:
     """What `Robot.follow` does, in rad."""
     step_s = period(rate)
-    _look_through(driver, trajectory)
     last, stops = 0.0, driver.brake.stops
+    _look_through(driver, trajectory)
     with driver.unbroken():
         for t in _along(trajectory.seconds, rate, driver.clock):
             driver.brake.refuse_if_stopped_since(stops)
@@ -75,3 +79,60 @@ def _look_through(driver: Driver, trajectory) -> None:
             f"the trajectory turns a joint at {math.degrees(fastest):.0f} deg/s; the cap is "
             f"{math.degrees(guard.speed_cap):.0f} deg/s. Give it more seconds."
         )
+
+
+# ---- one arm leads another, or a slider does ----
+
+#: A step takes this share of what the speed cap allows, so that a step that comes late is not refused.
+SHARE = 0.9
+#: Steps are sent this many periods ahead.
+AHEAD = 2
+#: How far (rad) ahead of the arm a step may be: a program that was held up catches up, the arm does not leap.
+REACH = math.radians(5.0)
+
+
+@dataclass
+class Led:
+    """How it went: steps `sent` and `refused`, the last `reason` for a refusal, the greatest `lag` (rad) behind."""
+
+    sent: int = 0
+    refused: int = 0
+    reason: OmxError | None = None
+    lag: float = 0.0
+
+    def __str__(self) -> str:
+        told = f"{self.sent} steps, {self.refused} refused, at most {math.degrees(self.lag):.1f} deg behind the leader"
+        return f"{told}; the last refusal: {self.reason}" if self.reason else told
+
+
+def lead(driver: Driver, where: Callable[[], tuple[float, ...]], seconds: float, rate: float) -> Led:
+    """The arm of `driver` goes where `where()` says (rad), `rate` times a second, no faster than its cap allows.
+
+    Where the guard refuses a step the arm waits at the last that passed, until the leader comes back. What else goes
+    wrong, on either side, makes it hold and is raised. At the end it holds.
+    """
+    led, step_s = Led(), period(rate)
+    most = driver.guard.speed_cap * step_s * SHARE
+    with driver.unbroken():
+        stops, reading = driver.brake.stops, driver.watch()
+        sent = reading.aim
+        for _ in ticks(seconds, rate, driver.clock):
+            driver.brake.refuse_if_stopped_since(stops)
+            wanted = as_four(where(), "leader", "four joint angles in rad")
+            goal = _within(sent, wanted, most)
+            goal = _within(reading.q, goal, REACH)
+            try:
+                reading = driver.stream_to(goal, AHEAD * step_s)
+            except (Collision, JointLimit, TooHeavy) as reason:
+                led.refused, led.reason = led.refused + 1, reason
+                reading = driver.watch()
+                continue
+            sent, led.sent = goal, led.sent + 1
+            led.lag = max(led.lag, *(abs(a - b) for a, b in zip(reading.q, wanted, strict=True)))
+    driver.wait()
+    return led
+
+
+def _within(start, goal, most: float) -> tuple[float, ...]:
+    """`goal`, but no joint farther than `most` from `start`."""
+    return tuple(a + min(max(b - a, -most), most) for a, b in zip(start, goal, strict=True))

@@ -4,14 +4,14 @@ import argparse
 import contextlib
 import signal
 import sys
+import threading
 
 from ...arm import ARM_IDS, HOME
 from ...errors import BadInput, OmxError
 from ..clock import Clock
 from ..dynamixel.registers import register
-from .endpoints import PtyEnd, TcpEnd
 from .faults import KINDS
-from .server import Orders, parse_fault, serve
+from .server import PtyEnd, TcpEnd, follow, serve
 from .virtual_arm import VirtualArm
 
 
@@ -74,7 +74,7 @@ def main(argv=None) -> int:
     """Serve until a signal, or the end of standard input if that was asked for."""
     given = arguments().parse_args(argv)
     try:
-        arm, clock, orders = _arm(given), Clock(given.scale), Orders() if given.stdin else None
+        arm, clock, orders = _arm(given), Clock(given.scale), _standard_input() if given.stdin else None
         end = _end(given)
     except (OmxError, OSError) as error:
         print(error, file=sys.stderr)
@@ -82,7 +82,9 @@ def main(argv=None) -> int:
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     print(end.name, flush=True)
     with contextlib.suppress(KeyboardInterrupt):
-        serve(end, arm, clock, orders)
+        if orders:
+            threading.Thread(target=follow, args=(orders, arm), daemon=True).start()
+        serve(end, arm, clock)
     end.close()
     return 0
 
@@ -103,8 +105,7 @@ def _arm(given) -> VirtualArm:
         encoder_noise_deg=given.encoder_noise,
     )
     for text in given.fault:
-        kind, options = parse_fault(text)
-        arm.faults.inject(kind, **options)
+        arm.faults.inject_text(text)
     return arm
 
 
@@ -125,6 +126,14 @@ def _setting(text: str) -> tuple[str, int]:
         raise BadInput(f"--set takes NAME=VALUE with a whole number, homing_offset=-400; got {text!r}.") from None
     row.encode(number)  # refuses what the register cannot hold
     return row.name, number
+
+
+def _standard_input():
+    """A reader of its own: Python would wait for one that is in use when it ends."""
+    try:
+        return open(0, errors="replace", closefd=False)
+    except OSError as error:
+        raise OSError("--stdin: standard input is closed.") from error
 
 
 def _end(given):

@@ -1,6 +1,12 @@
-"""A servo's memory: the control table with its rules about who may read and write what."""
+"""A servo's memory: the control table, the rules about who may read and write what, and what a write sets off.
+
+The rules see the table only. What a write does to the servo itself comes back as `Effect`s, in order.
+"""
+
+from enum import Enum, auto
 
 from ..dynamixel import packet as pk
+from ..dynamixel import registers as reg
 from ..dynamixel.registers import REGISTERS, TABLE_SIZE, Register, at
 
 #: Bytes that stand for other bytes: indirect data address -> name of the register that holds its target.
@@ -10,6 +16,16 @@ _INDIRECT = {
     if row.name.startswith("indirect_data")
 }
 _FIRST_INDIRECT = min(_INDIRECT)
+_GOALS = ("goal_pwm", "goal_current", "goal_velocity", "goal_position")
+_WATCHDOG_FIRMWARE, _STARTUP_FIRMWARE = 38, 45
+
+
+class Effect(Enum):
+    """What a servo does because of a write."""
+
+    RELEASE = auto()  # the torque is off: forget where the set-point was going
+    WRAP = auto()  # forget whole turns
+    PLAN = auto()  # lay the trajectory to the goal
 
 
 class Refusal(Exception):
@@ -86,9 +102,77 @@ class Table:
             changes.append((row, row.decode(bytes(whole))))
         return changes
 
+    # ---- the rules ----
+
     def check(self, row: Register, value: int):
-        """Refuse what the row itself forbids: writing a constant, the locked EEPROM, a value out of its range."""
-        if not row.writable or (row.eeprom and self._values["torque_enable"]):
+        """Refuse a write that the row, the mode or the state of the servo forbids."""
+        if row.name in _GOALS and self["bus_watchdog"] == reg.WATCHDOG_TRIPPED:
+            raise Refusal(pk.DATA_RANGE)
+        if not row.writable or (row.eeprom and self["torque_enable"]):
             raise Refusal(pk.ACCESS)
         if not row.low <= value <= row.high:
             raise Refusal(pk.DATA_RANGE)
+        if row.name == "torque_enable" and value and self["hardware_error"] & self["shutdown"]:
+            raise Refusal(pk.RESULT_FAIL)
+        if row.name == "drive_mode" and value & ~(reg.DRIVE_REVERSE | reg.DRIVE_TIME_BASED | reg.DRIVE_TORQUE_BY_GOAL):
+            raise Refusal(pk.DATA_RANGE)
+        if row.name == "operating_mode" and value not in reg.MODES.values():
+            raise Refusal(pk.DATA_RANGE)
+        if row.name.startswith("profile") and self["drive_mode"] & reg.DRIVE_TIME_BASED and value > 32737:
+            raise Refusal(pk.DATA_RANGE)
+        if row.name == "startup_configuration" and self["firmware_version"] < _STARTUP_FIRMWARE:
+            raise Refusal(pk.ACCESS)
+        if row.name == "bus_watchdog" and self["firmware_version"] < _WATCHDOG_FIRMWARE:
+            raise Refusal(pk.ACCESS)
+        low, high = self._limits(row)
+        if not low <= value <= high:
+            raise Refusal(pk.DATA_LIMIT)
+
+    def _limits(self, row: Register) -> tuple[int, int]:
+        """The limits that other registers set for this one, or its own."""
+        if row.name in ("goal_pwm", "goal_current", "goal_velocity"):
+            limit = self[row.name.removeprefix("goal_") + "_limit"]
+            return -limit, limit
+        if row.name == "goal_position" and self["operating_mode"] == reg.MODES["position"]:
+            return self["min_position_limit"], self["max_position_limit"]
+        return row.low, row.high
+
+    def set(self, name: str, value: int, planned: bool) -> list[Effect]:
+        """Set a register, with what that sets off in the table; what it sets off in the servo comes back.
+
+        `planned` says whether the servo has a trajectory.
+        """
+        before = self[name]
+        self.put(name, value)
+        if name == "torque_enable":
+            return self._torque(planned)
+        if name == "operating_mode" and value != before:
+            return self._new_mode()
+        if name in _GOALS:
+            return self._new_goal(name, planned)
+        return []
+
+    def _torque(self, planned: bool) -> list[Effect]:
+        if not self["torque_enable"]:
+            return [Effect.RELEASE]
+        if planned:
+            return []
+        # Whether real firmware sets the goal to the present position here is not known. This one does not.
+        return [Effect.WRAP, Effect.PLAN] if self["operating_mode"] == reg.MODES["position"] else [Effect.PLAN]
+
+    def _new_mode(self) -> list[Effect]:
+        for name in (*reg.GAINS, "profile_velocity", "profile_acceleration"):
+            self.put(name, REGISTERS[name].default)
+        self.put("goal_pwm", self["pwm_limit"])
+        self.put("goal_current", self["current_limit"])
+        self.put("goal_velocity", 0)
+        return [Effect.WRAP] if self["operating_mode"] == reg.MODES["position"] else []
+
+    def _new_goal(self, name: str, planned: bool) -> list[Effect]:
+        if self["torque_enable"]:  # the goals of other modes lay nothing anew
+            goal = "goal_velocity" if self["operating_mode"] == reg.MODES["velocity"] else "goal_position"
+            return [Effect.PLAN] if name == goal else []
+        if self["drive_mode"] & reg.DRIVE_TORQUE_BY_GOAL and not self["hardware_error"] & self["shutdown"]:
+            self.put("torque_enable", 1)
+            return self._torque(planned)
+        return []

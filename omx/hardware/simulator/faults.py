@@ -53,16 +53,29 @@ class Faults:
             raise BadInput(f"No fault is called {kind!r}. There are: {', '.join(KINDS)}.")
         self._arm.catch_up()
         row = KINDS[kind]
-        if row.of_servo or servo is not None:
+        if row.of == "servo" or servo is not None:
             self._arm.servo(servo)
         fault = Fault(kind, servo, count, after, row.value if value is None else float(value))
-        if row.on_wire:
+        if row.of == "wire":
             self._on_wire.append(fault)
         elif after:
             self._arm.at(self._arm.now + after, lambda: self._begin(fault))
         else:
             self._begin(fault)
         return fault
+
+    def inject_text(self, text: str) -> Fault:
+        """`inject` from words, such as `lost servo=13 count=2`."""
+        kind, *options = text.split() or [""]
+        types = {"servo": int, "count": float, "after": float, "value": float}
+        try:
+            given = {name: types[name](number) for name, number in (option.split("=") for option in options)}
+        except (KeyError, ValueError):
+            form = "KIND servo=13 count=2 after=0.5 value=1"
+            raise BadInput(
+                f"A fault is written `{form}`, and all but the kind may be left out; got {text!r}."
+            ) from None
+        return self.inject(kind, **given)
 
     def _begin(self, fault: Fault):
         fault.undo = KINDS[fault.kind].do(self._arm, fault)
@@ -158,9 +171,8 @@ def _unpowered(which: Callable):
 
 def _blocked(arm, fault):
     joint = arm.joints[ARM_IDS.index(fault.servo)]
-    before = joint.low, joint.high
-    slack = abs(fault.value)
-    joint.low, joint.high = joint.angle - slack, joint.angle + slack
+    before, slack = (joint.low, joint.high), abs(fault.value)
+    joint.stops(joint.angle - slack, joint.angle + slack)
     return lambda: joint.stops(*before)
 
 
@@ -172,48 +184,39 @@ def _horn(arm, fault):
 
 
 class Kind(NamedTuple):
-    """What a fault is, the function that does it, and the value it takes if none is given."""
+    """Of what a fault is, "wire", "servo" or "arm"; in words; what does it; the value it takes if none is given."""
 
+    of: str
     text: str
     do: Callable
     value: float | None = None
-    on_wire: bool = False
-    of_servo: bool = False
-
-
-def _wire(text, do, value=None):
-    return Kind(text, do, value, on_wire=True)
-
-
-def _servo(text, do, value=None):
-    return Kind(text, do, value, of_servo=True)
 
 
 KINDS = {
-    "lost": _wire("a frame does not arrive", lambda frame, fault, rng: []),
-    "corrupt": _wire("one bit of a frame is flipped", _corrupt),
-    "truncated": _wire("the last `value` bytes of a frame are missing", _truncated, 3),
-    "duplicated": _wire("a frame arrives twice", lambda frame, fault, rng: [frame, frame]),
-    "late": _wire("a frame arrives `value` s late", _late, 0.05),
-    "noise": _wire("`value` random bytes before a frame", _noise, 7),
-    "dead": _servo("the servo is silent and limp", _unpowered(lambda one, it: one == it)),
-    "broken_chain": _servo("this servo and all after it have no cable", _unpowered(lambda one, it: one >= it)),
-    "no_power": Kind("the 12 V supply is off", _unpowered(lambda one, it: True)),
-    "unplugged": Kind("the USB plug is pulled", lambda arm, fault: arm.unplug()),
-    "wrong_baud": _servo("the servo listens at the baud rate with code `value`", _register("baud_rate"), 1),
-    "wrong_model": _servo("another servo is built in: model number `value`", _register("model_number"), 1060),
-    "old_firmware": _servo("the servo has firmware `value`", _register("firmware_version"), 36),
-    "wrong_id": _servo("the servo's id is `value`: 1 as from the factory, or another servo's", _register("id"), 1),
-    "drive_mode": _servo("drive mode `value` is in the EEPROM: 5 inverts the gripper", _register("drive_mode"), 5),
-    "slow_answer": _servo("return delay `value` x 2 us, on a timed wire", _register("return_delay_time"), 250),
-    "silent": _servo("status return level `value`: 0 answers pings only", _register("status_return_level"), 0),
-    "horn": _servo("the horn is screwed on `value` rad off", _horn, radians(90)),
-    "blocked": _servo("something holds the joint; it can move `value` rad", _blocked, 0.0),
-    "hot": _servo("the servo is at `value` degC", _property("temperature"), 75.0),
-    "overload": _servo("hardware error: overload", _hardware(reg.OVERLOAD)),
-    "shock": _servo("hardware error: electrical shock", _hardware(reg.SHOCK)),
-    "encoder": _servo("hardware error: encoder", _hardware(reg.ENCODER)),
-    "overheated": _servo("hardware error: overheated", _hardware(reg.OVERHEATED)),
-    "reboots": _servo("the servo restarts by itself", lambda arm, fault: arm.servo(fault.servo).reboot(arm.time)),
-    "low_voltage": Kind("the supply gives `value` V", _property("supply"), 9.0),
+    "lost": Kind("wire", "a frame does not arrive", lambda frame, fault, rng: []),
+    "corrupt": Kind("wire", "one bit of a frame is flipped", _corrupt),
+    "truncated": Kind("wire", "the last `value` bytes of a frame are missing", _truncated, 3),
+    "duplicated": Kind("wire", "a frame arrives twice", lambda frame, fault, rng: [frame, frame]),
+    "late": Kind("wire", "a frame arrives `value` s late", _late, 0.05),
+    "noise": Kind("wire", "`value` random bytes before a frame", _noise, 7),
+    "dead": Kind("servo", "the servo is silent and limp", _unpowered(lambda one, it: one == it)),
+    "broken_chain": Kind("servo", "this servo and all after it have no cable", _unpowered(lambda one, it: one >= it)),
+    "no_power": Kind("arm", "the 12 V supply is off", _unpowered(lambda one, it: True)),
+    "unplugged": Kind("arm", "the USB plug is pulled", lambda arm, fault: arm.unplug()),
+    "wrong_baud": Kind("servo", "the servo listens at the baud rate with code `value`", _register("baud_rate"), 1),
+    "wrong_model": Kind("servo", "another servo is built in: model number `value`", _register("model_number"), 1060),
+    "old_firmware": Kind("servo", "the servo has firmware `value`", _register("firmware_version"), 36),
+    "wrong_id": Kind("servo", "the servo's id is `value`: 1 as from the factory, or another's", _register("id"), 1),
+    "drive_mode": Kind("servo", "drive mode `value`, in the EEPROM: 5 inverts the gripper", _register("drive_mode"), 5),
+    "slow_answer": Kind("servo", "return delay `value` x 2 us, on a timed wire", _register("return_delay_time"), 250),
+    "silent": Kind("servo", "status return level `value`: 0 answers pings only", _register("status_return_level"), 0),
+    "horn": Kind("servo", "the horn is screwed on `value` rad off", _horn, radians(90)),
+    "blocked": Kind("servo", "something holds the joint; it can move `value` rad", _blocked, 0.0),
+    "hot": Kind("servo", "the servo is at `value` degC", _property("temperature"), 75.0),
+    "overload": Kind("servo", "hardware error: overload", _hardware(reg.OVERLOAD)),
+    "shock": Kind("servo", "hardware error: electrical shock", _hardware(reg.SHOCK)),
+    "encoder": Kind("servo", "hardware error: encoder", _hardware(reg.ENCODER)),
+    "overheated": Kind("servo", "hardware error: overheated", _hardware(reg.OVERHEATED)),
+    "reboots": Kind("servo", "it restarts by itself", lambda arm, fault: arm.servo(fault.servo).reboot(arm.time)),
+    "low_voltage": Kind("arm", "the supply gives `value` V", _property("supply"), 9.0),
 }

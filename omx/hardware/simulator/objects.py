@@ -1,15 +1,18 @@
-"""Things that stand on a table: cubes and cups, where they are and what shape they have. Lengths in mm."""
+"""Things on a table, cubes and cups: where they are, what shape they have, how fingers press them. Lengths in mm."""
 
 from dataclasses import dataclass, field
 from math import cos, hypot, pi, radians, sin
 
 import numpy as np
 
-from ...arrays import as_number
+from ...arm import FINGER_PER_RAD, GRAVITY, GRIP_TORQUE_PER_N, OPENING_AT_ZERO
+from ...arrays import as_number, as_word
 from ...errors import BadInput
 from ...rotation import from_vector
 
 UP = np.array([0.0, 0.0, 1.0])
+#: How much of the pads' pressure carries weight: rubber on wood, paper or most plastics, on the safe side.
+MU = 0.5
 
 
 @dataclass
@@ -107,8 +110,7 @@ def cup(name: str, at, diameter: float = 50.0, height: float = 60.0, mass_g: flo
 
 
 def _thing(name, at, width, height, mass_g, is_round, colour, yaw_deg) -> Thing:
-    if not isinstance(name, str) or not name or "/" in name:
-        raise BadInput(f"`name` must be a word without '/'; got {name!r}.")
+    as_word(name)
     if np.shape(at) != (2,):
         raise BadInput(f"`at` must be x and y on the table, in mm; got {at!r}.")
     x, y = (as_number(value, "at", "x and y on the table, in mm") for value in at)
@@ -119,3 +121,35 @@ def _thing(name, at, width, height, mass_g, is_round, colour, yaw_deg) -> Thing:
     T[:2, :2] = [[cos(yaw), -sin(yaw)], [sin(yaw), cos(yaw)]]
     T[:3, 3] = x, y, height / 2
     return Thing(name, width, height, mass_g, is_round, colour or name, T)
+
+
+@dataclass
+class Grasped:
+    """An object of `width` (mm) and `mass_g` that gives way by 1 mm for each `stiffness` (N) on either side.
+
+    A hand holds it up until the fingers press hard enough to carry it. From then on the arm feels its weight; if the
+    fingers press too little for that, it is lost.
+    """
+
+    width: float
+    mass_g: float = 0.0
+    stiffness: float = 200.0
+    carried: bool = False
+
+    def __post_init__(self):
+        for name, least in (("width", 0.0), ("mass_g", 0.0), ("stiffness", 0.1)):
+            as_number(getattr(self, name), name, f"a number of at least {least:g}", least)
+
+    def pressed(self, servo_angle: float) -> float:
+        """The force (N) of either pad on it, at an angle (rad) of the gripper's servo."""
+        opening = OPENING_AT_ZERO + 2 * FINGER_PER_RAD * servo_angle
+        return max(self.width - opening, 0.0) / 2 * self.stiffness
+
+    def balance(self, torque: float) -> float:
+        """The angle (rad) of the gripper's servo at which it is pressed with `torque` (Nm)."""
+        opening = self.width - 2 * max(torque, 0.0) / GRIP_TORQUE_PER_N / self.stiffness
+        return (opening - OPENING_AT_ZERO) / (2 * FINGER_PER_RAD)
+
+    def slips(self, force: float) -> bool:
+        """Whether pads that press with `force` (N) are too weak to carry it."""
+        return 2 * MU * force < self.mass_g / 1000 * GRAVITY

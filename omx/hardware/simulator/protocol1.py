@@ -8,8 +8,7 @@ Addresses are one byte. Ping, read, write, reg write, action, reboot and sync wr
 from ..dynamixel import packet as pk
 from ..dynamixel import registers as reg
 from ..dynamixel.packet import Instruction as Do
-from .instructions import obey, words
-from .servo_chain import Frame
+from .servo_chain import Frame, obey
 
 _HEADER = b"\xff\xff"
 _CHECKSUM, _RANGE, _INSTRUCTION = 0x10, 0x08, 0x40
@@ -54,9 +53,9 @@ def _requests(servos, to: int, instruction: int, params: bytes, intact: bool):
             )
         return
     if instruction == Do.READ and len(params) == 2:
-        params = words(*params)
+        params = pk.words(*params)
     elif instruction in (Do.WRITE, Do.REG_WRITE) and params:
-        params = words(params[0]) + params[1:]
+        params = pk.words(params[0]) + params[1:]
     request = pk.Packet(to, instruction, params, None, intact)
     yield from ((servo, request) for servo in servos if to in (pk.BROADCAST, servo.id))
 

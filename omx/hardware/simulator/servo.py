@@ -6,12 +6,9 @@ from ...arm import MODEL, STALL_TORQUE, SUPPLY_VOLTS, TICKS_PER_TURN, ZERO_TICK
 from ..dynamixel import registers as reg
 from ..dynamixel import units
 from . import profile
-from . import servo_rules as rules
-from .control_table import Table
+from .control_table import Effect, Table
 from .controller import FULL_PWM, POSITION_MODES, Controller
-from .encoder import Encoder
-from .joint import COAST, DAMPING, Drive, Joint
-from .servo_rules import Effect
+from .joint import COAST, DAMPING, Drive, Encoder, Joint
 
 REBOOT_S = 0.35
 OVERLOAD_TORQUE, OVERLOAD_S = 0.6 * STALL_TORQUE, 1.0
@@ -294,7 +291,7 @@ class Servo:
         """The registers that `data` at `address` would set; `Refusal` if one of them must not be."""
         changes = self.table.changes(address, data)
         for row, value in changes:
-            rules.check(self.table, row, value)
+            self.table.check(row, value)
         return changes
 
     def write(self, address: int, data: bytes, now: float):
@@ -304,9 +301,7 @@ class Servo:
 
     def set(self, name: str, value: int, now: float = 0.0):
         """Set a register, permitted or not, with all that this sets off."""
-        before = self.table[name]
-        self.table.put(name, value)
-        for effect in rules.apply(self.table, name, before, planned=self.trajectory is not None):
+        for effect in self.table.set(name, value, planned=self.trajectory is not None):
             if effect is Effect.RELEASE:
                 self.release()
             elif effect is Effect.WRAP:

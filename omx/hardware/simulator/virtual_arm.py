@@ -12,12 +12,10 @@ from ...arrays import as_number
 from ...errors import BadInput
 from .. import gravity
 from ..dynamixel import registers as reg
-from .encoder import Encoder
 from .faults import Faults
-from .grasp import Grasped
-from .joint import Joint
+from .joint import Encoder, Joint
+from .objects import Grasped
 from .servo import Servo
-from .servo_chain import Line
 from .world import EVERY
 
 STEP_S = 0.002
@@ -37,7 +35,7 @@ class VirtualArm:
 
     The arm is ideal unless asked otherwise. `payload_g`: a mass at the tool, up to the maker's 500 g. `backlash_deg`:
     play of each joint from end to end, 0.25 deg by the servo's data sheet; the worse case is taken, that the encoder
-    does not see it. `encoder_ripple_deg`, `encoder_noise_deg`: see `encoder`.
+    does not see it. `encoder_ripple_deg`, `encoder_noise_deg`: see `Encoder`.
     """
 
     def __init__(
@@ -72,7 +70,6 @@ class VirtualArm:
         self._hand = (0.0,) * 5
         self._connected = None
         self.faults = Faults(self)
-        self.line = Line(self.servos)
         self._steps = 0
         self._events: list[tuple[float, object]] = []
         self._configure(settings or {})

@@ -4,7 +4,7 @@ from collections import deque
 
 from ...errors import BadInput
 from ..dynamixel.packet import Reader
-from . import protocol1
+from . import protocol1, servo_chain
 from .virtual_arm import VirtualArm
 
 #: A packet whose next byte is this late is given up (s).
@@ -37,7 +37,7 @@ class Wire:
         with self.arm.lock:
             self.arm.advance(heard)
             for packet in self._reader.feed(data):
-                frames = self.arm.line.answer(packet, heard, self.baud)
+                frames = servo_chain.answers(self.arm.servos, packet, heard, self.baud)
                 self._schedule(self.arm.faults.distort(frames), heard)
             if old := [servo for servo in self.arm.servos if servo.hears(heard, self.baud, protocol=1)]:
                 self._schedule(self.arm.faults.distort(protocol1.answers(old, data, heard)), heard)

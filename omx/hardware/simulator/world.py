@@ -13,6 +13,7 @@ Nothing here has speed or inertia: after each small step of the arm everything i
 The arm feels the weight of what it carries, and nothing of what it pushes: the things are light.
 """
 
+from dataclasses import replace
 from math import atan, atan2, dist, pi
 
 import numpy as np
@@ -23,9 +24,7 @@ from ...collision import capsules
 from ...errors import BadInput
 from ...generated import fk as _fk
 from ...geometry import COURSE, Geometry
-from ...rotation import from_vector
-from .grasp import MU, Grasped
-from .objects import UP, Thing
+from .objects import MU, UP, Grasped, Thing
 
 #: Friction between things and the table.
 MU_TABLE = 0.5
@@ -38,6 +37,8 @@ PADS, PAD_HALF, LAP, FINGER = (-42.0, 22.0), 10.0, 5.0, 12.0
 TOUCH = 0.1
 #: The world looks at the arm every so many of its steps, and keeps what it saw every `FILM` looks.
 EVERY, FILM = 10, 5
+#: A square thing turned by more than this (rad) jams: the line between its corners is in both friction cones.
+JAMS = pi / 4 - atan(MU)
 #: So many things may give way to each other between two looks.
 MOST_MOVES = 40
 
@@ -93,14 +94,6 @@ class World:
             if (other.distances(thing.skin())[0] < 0).any() or (thing.distances(other.skin())[0] < 0).any():
                 raise BadInput(f"{thing.name!r} would stand where {other.name!r} is.")
         self._things[thing.name] = thing
-
-    def remove(self, name: str) -> Thing:
-        """Take a thing away by hand."""
-        thing = self[name]
-        if thing in (self._held, self._gap):
-            self._held = self._gap = None
-            self.arm.grip(None)
-        return self._things.pop(name)
 
     def film(self) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
         """What was seen since the last film: joints (N, 4) rad, the fingers' travel (N,) mm, a T (N, 4, 4) a thing.
@@ -220,7 +213,7 @@ class World:
         """The pads push the thing to their middle, and turn it as far as they have come."""
         across = T[:3, 2]
         turn = _askew(thing, across)
-        if 2 * thing.half(across) > opening and abs(turn) < _jams():
+        if 2 * thing.half(across) > opening and abs(turn) < JAMS:
             low, high = 0.0, 1.0  # the share of the turn that is left
             for _ in range(20):
                 share = (low + high) / 2
@@ -237,7 +230,7 @@ class World:
         """How wide it is for the pads once it has turned as far as it will."""
         across = T[:3, 2]
         turn = _askew(thing, across)
-        return 2 * (_turned(thing, -turn) if abs(turn) < _jams() else thing).half(across)
+        return 2 * (_turned(thing, -turn) if abs(turn) < JAMS else thing).half(across)
 
     # ---- on the table ----
 
@@ -370,11 +363,6 @@ class World:
             self._shift(thing, way * depth)
 
 
-def _jams() -> float:
-    """A square thing turned by more than this (rad) jams: the line between its corners is in both friction cones."""
-    return pi / 4 - atan(MU)
-
-
 def _askew(thing: Thing, across) -> float:
     """By how much (rad, -pi/4 .. pi/4) its faces are turned from the pads; 0 for what is round to them."""
     if thing.round and thing.standing:
@@ -385,9 +373,9 @@ def _askew(thing: Thing, across) -> float:
 
 
 def _turned(thing: Thing, angle: float) -> Thing:
-    T = thing.T.copy()
-    T[:3, :3] = from_vector(angle * UP) @ T[:3, :3]
-    return Thing(thing.name, thing.width, thing.height, thing.mass_g, thing.round, thing.colour, T)
+    turned = replace(thing, T=thing.T.copy())
+    turned.turn(UP, angle)
+    return turned
 
 
 def _over(one: Thing, other: Thing) -> bool:

@@ -24,7 +24,7 @@ from omx.errors import (
 )
 from omx.geometry import COURSE
 from omx.hardware.dynamixel.registers import MODES, PRESENT
-from omx.hardware.robot import Robot, modes
+from omx.hardware.robot import Robot, modes, rescue
 from omx.hardware.robot.calibration import Calibration
 from omx.hardware.simulator import SteppedClock, VirtualArm, VirtualPort
 from omx.hardware.simulator.virtual_port import VirtualSerial
@@ -77,17 +77,23 @@ def watches_still(robot, caplog):
 # ---- signals: in the same thread, inside a transaction ----
 
 
+def stopped_and_resumed(robot):
+    robot.stop()
+    robot.resume()
+
+
 @pytest.mark.parametrize("name", ["write", "read"])
-@pytest.mark.parametrize("n", range(1, 13))
-def test_a_stop_from_a_signals_handler_wins_wherever_it_comes(robot, monkeypatch, name, n):
+@pytest.mark.parametrize(("n", "resumed"), [*((n, False) for n in range(1, 13)), (1, True), (4, True), (8, True)])
+def test_a_stop_from_a_signals_handler_wins_wherever_it_comes(robot, monkeypatch, name, n, resumed):
     robot.clock.sleep(0.5)
     before = robot.arm.q
     with monkeypatch.context() as patch:
-        left = at_the(n, name, robot.stop, patch)
+        left = at_the(n, name, lambda: stopped_and_resumed(robot) if resumed else robot.stop(), patch)
         with contextlib.suppress(Stopped):
             robot.write_joints(TARGET)
-        if left[0] > 0:
-            robot.stop()
+            assert left[0] > 0
+    if left[0] > 0 or resumed:
+        robot.stop()
     robot.clock.sleep(0.3)
     there = robot.arm.q
     robot.clock.sleep(2.0)
@@ -98,6 +104,27 @@ def test_a_stop_from_a_signals_handler_wins_wherever_it_comes(robot, monkeypatch
         robot.write_joints(TARGET)
     robot.resume()
     robot.move_to(TARGET)
+
+
+@pytest.mark.parametrize("act", ["write_gripper", "write_joints", "park"])
+def test_a_stop_just_after_the_look_at_the_latch_wins(robot, monkeypatch, act):
+    robot.clock.sleep(0.5)
+    servos = [robot.arm.servo(servo) for servo in (11, 12, 13, 14, 15)]
+    before, brake = [servo.joint.angle for servo in servos], robot.driver.brake
+    look = brake.refuse_if_latched
+
+    def late():
+        look()
+        monkeypatch.undo()
+        robot.stop()
+
+    monkeypatch.setattr(brake, "refuse_if_latched", late)
+    with pytest.raises(Stopped):
+        {"write_gripper": lambda: robot.write_gripper(False), "write_joints": lambda: robot.write_joints(TARGET)}.get(
+            act, robot.park
+        )()
+    robot.clock.sleep(3.0)
+    np.testing.assert_allclose([servo.joint.angle for servo in servos], before, atol=math.radians(1.0))
 
 
 # ---- threads ----
@@ -165,14 +192,14 @@ def test_nothing_sets_off_between_the_rest_pose_and_the_torque(robot, monkeypatc
 
 def test_fingers_are_not_switched_on_again_while_another_thread_switches_off(robot, monkeypatch):
     robot.bus.write(15, "torque_enable", 0)
-    (other, _), catch = meanwhile(robot.relax), robot.driver.rescue.catch
+    (other, _), catch = meanwhile(robot.relax), rescue.catch
 
-    def slow(servos):
+    def slow(*args):
         other.start()
         other.join(0.3)
-        catch(servos)
+        catch(*args)
 
-    monkeypatch.setattr(robot.driver.rescue, "catch", slow)
+    monkeypatch.setattr(rescue, "catch", slow)
     with pytest.raises(ServoRestarted):
         robot.write_gripper(True)
     other.join()
@@ -189,10 +216,10 @@ def test_motors_that_another_thread_let_go_just_before_stay_off(robot, monkeypat
     if act == "hold":
         robot.write_currents([0, 0, 0, 0])
 
-    def late(change, *args):
+    def late():
         monkeypatch.undo()
         robot.relax()
-        return alone(change, *args)
+        return alone()
 
     monkeypatch.setattr(robot.driver.watcher, "alone", late)
     acts = {"recover": robot.recover, "grip": robot.grip, "push": lambda: robot.write_currents([0] * 4)}
@@ -272,11 +299,7 @@ def test_an_error_of_a_kind_that_nobody_expects_does_not_end_the_watch(robot, mo
 
 
 def test_a_motion_that_was_stopped_does_not_go_on_because_somebody_resumed(robot):
-    def stopped_and_resumed():
-        robot.stop()
-        robot.resume()
-
-    robot.clock.later(1.0, stopped_and_resumed)
+    robot.clock.later(1.0, lambda: stopped_and_resumed(robot))
     with pytest.raises(Stopped):
         robot.move_to(TARGET, 3)
     there = robot.arm.q
@@ -286,7 +309,7 @@ def test_a_motion_that_was_stopped_does_not_go_on_because_somebody_resumed(robot
     def pressed(reading, t):
         steps.append(t)
         if len(steps) == 20:
-            stopped_and_resumed()
+            stopped_and_resumed(robot)
 
     with pytest.raises(Stopped):
         robot.follow(path, each=pressed)
@@ -296,7 +319,7 @@ def test_a_motion_that_was_stopped_does_not_go_on_because_somebody_resumed(robot
     def led():
         steps.append(0.0)
         if len(steps) == 40:
-            stopped_and_resumed()
+            stopped_and_resumed(robot)
         return leader
 
     with pytest.raises(Stopped):
@@ -304,6 +327,26 @@ def test_a_motion_that_was_stopped_does_not_go_on_because_somebody_resumed(robot
     assert len(steps) == 40
     robot.clock.sleep(1.0)
     np.testing.assert_allclose(robot.arm.q[1:], there[1:], atol=math.radians(6))
+
+
+def test_a_stop_between_two_calls_ends_what_the_first_began_though_somebody_resumed(robot):
+    sent = robot.driver.command(np.radians(TARGET), 3)
+    stopped_and_resumed(robot)
+    with pytest.raises(Stopped):
+        robot.driver.arrive(sent)
+    for opened in (True, False):
+        robot.write_gripper(opened)
+        stopped_and_resumed(robot)
+        with pytest.raises(Stopped):
+            robot.driver.settle()
+    robot.write_joints(TARGET)
+    robot.clock.sleep(0.5)
+    robot.clock.later(0.02, lambda: stopped_and_resumed(robot))
+    with pytest.raises(Stopped):  # it was only coming to rest for this one
+        robot.write_joints([0, -60, 20, 40])
+    there = robot.arm.q
+    robot.clock.sleep(2.0)
+    np.testing.assert_allclose(robot.arm.q, there, atol=math.radians(2))
 
 
 # ---- a robot that nobody has any more, and a port that two have ----
@@ -419,13 +462,8 @@ def test_a_stop_with_a_dead_joint_stops_the_fingers_first(robot):
 
 def test_a_stop_ends_the_wait_for_the_fingers_though_somebody_resumed(robot):
     robot.driver.carry(100)
-
-    def stopped_and_resumed():
-        robot.stop()
-        robot.resume()
-
     for act in (robot.grip, robot.release):
-        robot.clock.later(0.2, stopped_and_resumed)
+        robot.clock.later(0.2, lambda: stopped_and_resumed(robot))
         with pytest.raises(Stopped):
             act()
     assert robot.driver.guard.payload_g == 100

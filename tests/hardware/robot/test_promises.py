@@ -171,7 +171,7 @@ def test_whatever_is_commanded_in_mid_motion_the_joints_stay_in_what_was_checked
     for goal, pause, more in moves:
         present = np.array(robot.q)
         try:
-            sent, _ = robot.driver.command(goal, robot.driver.guard.seconds(present, goal) + more)
+            sent = robot.driver.command(goal, robot.driver.guard.seconds(present, goal) + more)
         except omx.OmxError:
             continue
         first = len(witness.rows)

@@ -187,7 +187,8 @@ def test_an_arm_outside_its_limits_comes_back_slowly_and_only_inwards():
     arm = VirtualArm(q=(0.0, -1.55, 0.5, 0.3))
     driver = connected(arm)
     driver.torque_on()
-    _, seconds = driver.command((0.0, -1.2, 0.5, 0.3))
+    driver.command((0.0, -1.2, 0.5, 0.3))
+    seconds = driver.brake.arrival - driver.clock.now()
     assert seconds == pytest.approx(0.35 / math.radians(10) * 4 / 3, rel=0.05)
     with pytest.raises(JointLimit):
         driver.command((0.0, -1.6, 0.5, 0.3))

@@ -123,7 +123,7 @@ ENDS = {
     "encoder": ([("encoder", {"servo": 11})], errors.ServoFault, ["servo 11: encoder"], []),
     **{f"servo {s} restarts": ([("reboots", {"servo": s})], ServoRestarted, [f"servo {s} restarted"], [])
        for s in JOINTS},
-    "all restart": ([("reboots", {"servo": s}) for s in ARM_IDS], ServoRestarted, ["11, 12, 13, 14"], []),
+    "all restart": ([("reboots", {"servo": s}) for s in ARM_IDS], ServoRestarted, ["11, 12, 13 and 14"], []),
     "the supply sags": ([("low_voltage", {"value": 9.8})], NotReady, ["9.", "12 V"], []),
     "the supply sags below what servos stand": ([("low_voltage", {"value": 9.0})], errors.OmxError, ["servo"], []),
     "hot": ([("hot", {"servo": 13, "value": 74.0})], NotReady, ["servo 13 is at 7"], []),

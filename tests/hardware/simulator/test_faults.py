@@ -12,7 +12,7 @@ from omx.hardware.dynamixel import registers as reg
 from omx.hardware.simulator.faults import KINDS
 from tests.helpers.rigs import rig, send_to, stiffen
 
-WIRE = [name for name, kind in KINDS.items() if kind.on_wire]
+WIRE = [name for name, kind in KINDS.items() if kind.of == "wire"]
 
 
 @pytest.fixture

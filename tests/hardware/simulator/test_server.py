@@ -21,8 +21,8 @@ from omx.hardware.dynamixel.bus import Bus
 from omx.hardware.dynamixel.sdk import Port
 from omx.hardware.simulator import VirtualArm
 from omx.hardware.simulator.__main__ import main
-from omx.hardware.simulator.endpoints import TcpEnd
-from omx.hardware.simulator.server import Pace, parse_fault, serve
+from omx.hardware.simulator.faults import Fault
+from omx.hardware.simulator.server import Pace, TcpEnd, serve
 from tests.helpers.rigs import PTY_BAUD
 from tests.helpers.served_arm import Served
 
@@ -127,12 +127,12 @@ def test_a_client_that_never_reads_blocks_nobody():
     end = TcpEnd()
     address = ("127.0.0.1", int(end.name.rsplit(":", 1)[1]))
     with socket.create_connection(address, timeout=5) as deaf:
-        end.wait(5.0, [])
+        end.wait(5.0)
         end.read()
         for _ in range(500):  # 32 MB, more than the system keeps
             end.write(b"\xff" * 65536)
         deaf.sendall(b"\xff")
-        end.wait(5.0, [])
+        end.wait(5.0)
         assert end.read() == b"\xff"
     end.close()
 
@@ -195,7 +195,7 @@ def test_the_arm_is_computed_while_it_moves_and_nobody_asks():
     class Silent:
         baud = None
 
-        def wait(self, seconds, wakers):
+        def wait(self, seconds):
             waits.append(seconds)
             clock.time += seconds
             if clock.time > 40:
@@ -209,6 +209,14 @@ def test_the_arm_is_computed_while_it_moves_and_nobody_asks():
         serve(Silent(), arm, clock)
     assert max(waits[:1000]) <= 0.02
     assert waits[-1] >= 0.5  # at rest it sleeps
+
+
+def test_a_port_that_somebody_has_is_named_with_the_way_to_a_free_one(capsys):
+    end = TcpEnd()
+    taken = end.name.rpartition(":")[2]
+    assert main(["--tcp", taken]) == 1
+    end.close()
+    assert capsys.readouterr().err.startswith(f"TCP port {taken} cannot be had: somebody has it, perhaps another")
 
 
 # ---- who ends it ----
@@ -225,6 +233,22 @@ def test_without_standard_input_it_serves_until_a_signal(by):
             assert process.poll() is None
         process.send_signal(by)
         assert process.wait(10) == 0
+
+
+def test_where_standard_input_ends_at_once_it_ends_at_once():
+    for _ in range(3):  # the end may come before it serves
+        done = subprocess.run([*PYTHON, "--stdin"], stdin=subprocess.DEVNULL, capture_output=True, cwd=ROOT, timeout=30)
+        assert (done.returncode, done.stderr) == (0, b"")
+
+
+def test_it_ends_with_whoever_reads_what_it_says():
+    process = subprocess.Popen([*PYTHON, "--stdin"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=ROOT)
+    process.stdout.readline()
+    process.stdout.close()
+    process.stdin.write(b"clear\n")
+    process.stdin.flush()
+    assert process.wait(10) == 0
+    process.stdin.close()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a shell")
@@ -345,18 +369,18 @@ def test_a_port_that_is_taken_is_told():
 
 
 @pytest.mark.parametrize(
-    ("text", "parsed"),
+    ("text", "fault"),
     [
-        ("lost", ("lost", {})),
-        ("late servo=12 count=3 value=0.1", ("late", {"servo": 12, "count": 3.0, "value": 0.1})),
-        ("overload servo=12 after=0.5", ("overload", {"servo": 12, "after": 0.5})),
+        ("lost", Fault("lost")),
+        ("late servo=12 count=3 value=0.1", Fault("late", 12, count=3.0, value=0.1)),
+        ("overload servo=12 after=0.5", Fault("overload", 12, after=0.5)),
     ],
 )
-def test_faults_in_words(text, parsed):
-    assert parse_fault(text) == parsed
+def test_faults_in_words(text, fault):
+    assert VirtualArm().faults.inject_text(text) == fault
 
 
 @pytest.mark.parametrize("text", ["lost 13", "lost servo=x", "lost where=13"])
 def test_faults_in_wrong_words(text):
     with pytest.raises(errors.BadInput, match="written"):
-        parse_fault(text)
+        VirtualArm().faults.inject_text(text)

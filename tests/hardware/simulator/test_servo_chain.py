@@ -11,6 +11,7 @@ from omx.hardware.dynamixel.packet import Instruction as Do
 from omx.hardware.simulator import VirtualArm
 from omx.hardware.simulator.wire_timing import Wire
 from tests.hardware.dynamixel.test_packets import FAST_BULK, FAST_SYNC, HEX, INSTRUCTIONS, STATUS
+from tests.helpers.rigs import parse
 
 
 def wire_to(ids, **registers):
@@ -122,7 +123,7 @@ def test_a_fast_answer_with_a_missing_part_is_never_whole():
     request = pk.build(pk.BROADCAST, Do.FAST_SYNC_READ, HEX("84 00 04 00") + bytes([11, 12, 13, 14]))
     answer = ask(wire, request)
     assert answer
-    assert pk.parse(answer) is None
+    assert parse(answer) is None
 
 
 @pytest.mark.parametrize(("level", "answers"), [(0, "ping"), (1, "ping read sync"), (2, "ping read sync write")])
@@ -166,8 +167,8 @@ def test_two_servos_with_one_id_garble_each_other_unless_they_say_the_same():
     arm, wire = wire_to([11, 11])
     at(arm.servos[0], 1000)
     at(arm.servos[1], 2000)
-    assert pk.parse(ask(wire, pk.build(11, Do.PING))).intact
-    answer = pk.parse(ask(wire, pk.build(11, Do.READ, HEX("84 00 04 00"))))
+    assert parse(ask(wire, pk.build(11, Do.PING))).intact
+    answer = parse(ask(wire, pk.build(11, Do.READ, HEX("84 00 04 00"))))
     assert answer is None or not answer.intact
 
 
@@ -176,9 +177,9 @@ def test_the_alert_bit_is_in_every_answer():
     arm.servos[0].fail(0x20)
     both = pk.build(pk.BROADCAST, Do.SYNC_READ, HEX("84 00 04 00 01 02"))
     fast = pk.build(pk.BROADCAST, Do.FAST_SYNC_READ, HEX("84 00 04 00 01 02"))
-    assert pk.parse(ask(wire, pk.build(1, Do.PING))).error == pk.ALERT
+    assert parse(ask(wire, pk.build(1, Do.PING))).error == pk.ALERT
     assert [p.error for p in pk.Reader().feed(ask(wire, both))] == [pk.ALERT, 0]
-    assert pk.parse(ask(wire, fast)).error == pk.ALERT
+    assert parse(ask(wire, fast)).error == pk.ALERT
 
 
 @pytest.mark.parametrize(
@@ -196,7 +197,7 @@ def test_the_alert_bit_is_in_every_answer():
 )
 def test_nonsense_is_answered_with_its_number(packet, error):
     _, wire = wire_to([1])
-    assert pk.parse(ask(wire, packet)) == pk.Packet(1, Do.STATUS, b"", error)
+    assert parse(ask(wire, packet)) == pk.Packet(1, Do.STATUS, b"", error)
 
 
 # ---- rubbish ----
@@ -210,7 +211,7 @@ def test_random_bytes_are_survived_and_the_next_ping_is_answered(pieces):
     _, wire = wire_to(ARM_IDS)
     for i, piece in enumerate(pieces):
         ask(wire, piece, 0.001 * i)
-    assert pk.parse(ask(wire, pk.build(11, Do.PING), now=1.0)) is not None
+    assert parse(ask(wire, pk.build(11, Do.PING), now=1.0)) is not None
 
 
 @settings(max_examples=300, deadline=None)

@@ -8,7 +8,7 @@ from omx.hardware.dynamixel import packet as pk
 from omx.hardware.dynamixel.packet import Instruction as Do
 from omx.hardware.simulator import VirtualArm
 from omx.hardware.simulator.wire_timing import GAP_S, Wire
-from tests.helpers.rigs import rig
+from tests.helpers.rigs import parse, rig
 
 PING = pk.build(11, Do.PING)
 SYNC = pk.build(pk.BROADCAST, Do.SYNC_READ, b"\x7e\x00\x0a\x00" + bytes(ARM_IDS))
@@ -22,7 +22,7 @@ def test_untimed_the_answer_is_there_at_once():
     wire = Wire(quick())
     wire.send(PING, 0.0)
     assert wire.waiting(0.0) == 14
-    assert pk.parse(wire.receive(100, 0.0)).id == 11
+    assert parse(wire.receive(100, 0.0)).id == 11
 
 
 @pytest.mark.parametrize("baud", [57600, 1_000_000, 4_000_000])

@@ -14,7 +14,7 @@ from omx.arm import FINGER_PER_RAD, OPENING_AT_ZERO
 from omx.errors import BadInput, Collision, ObjectLost
 from omx.hardware.robot import Robot
 from omx.hardware.simulator import VirtualArm, World, cube, cup
-from omx.hardware.simulator.grasp import MU
+from omx.hardware.simulator.objects import MU
 from omx.hardware.simulator.world import FALL, MU_TABLE
 from omx.motion.trajectory import joint_move, line
 from tests.helpers.picks import PICKS, rate
