@@ -209,7 +209,7 @@
           parts.push(element("span", { style: `border-color: ${this.terms.colours[i]}` },
             element("small", {}, this.terms.words[name][i]), element("br"), `${sign} ${text(Math.abs(value), 1)}`));
         });
-        return element("p", { class: "omx-sum" }, element("i", {}, name), " = ", ...parts, ` = ${total} mm`);
+        return element("p", { class: "omx-sum" }, element("i", {}, name), " = ", ...parts, ` =\u00a0${total}\u00a0mm`);
       });
     }
 
