@@ -345,7 +345,6 @@ def _copy() -> Callable:
 
     `past` the caches, each line of memory is written without being read first.
     """
-    from llvmlite import ir
     from numba import types
     from numba.extending import intrinsic
 
@@ -357,7 +356,8 @@ def _copy() -> Callable:
             number = context.get_value_as_data(builder, target.dtype, number)
             size = context.get_abi_sizeof(number.type)
             written = builder.store(number, builder.gep(array.data, [given[1]]), align=size)
-            written.set_metadata("nontemporal", builder.module.add_metadata([ir.Constant(ir.IntType(32), 1)]))
+            one = context.get_constant(types.int32, 1)
+            written.set_metadata("nontemporal", builder.module.add_metadata([one]))
             return context.get_dummy_value()
 
         return types.void(target, i, value), emit
