@@ -7,6 +7,7 @@ import os
 import re
 import shutil
 import subprocess
+import threading
 
 import pytest
 
@@ -14,7 +15,8 @@ from book.chapters import normalise
 from book.chapters.cells import is_code, is_note, source, tags
 from book.reader import folder, handin, merge, overview, saving, solutions
 from book.setup import names
-from book.setup.paths import NOTEBOOKS, ROOT, WORK, Stop
+from book.setup.file_lock import one_at_a_time
+from book.setup.paths import ENVIRONMENT, NOTEBOOKS, ROOT, WORK, Stop
 from omx.check import passed
 from tests.book.test_run import UV, Clone
 from tests.helpers.chapter import chapter, code, markdown
@@ -124,6 +126,17 @@ def test_reset_gives_the_chapter_and_keeps_what_it_replaces(book, capsys):
     assert (work / "08-more.ipynb").read_text() == "{ half", "damaged, and still the reader's"
     folder.reset("8", work)
     assert (work / "earlier" / "08-more-1.ipynb").read_text() == "{ half"
+
+
+def test_two_terminals_take_turns(monkeypatch):
+    begun = threading.Event()
+    monkeypatch.setattr(folder, "reset", lambda chapter: begun.set())
+    other = threading.Thread(target=folder.main, args=(["reset", "07"],))
+    with one_at_a_time(ENVIRONMENT):
+        other.start()
+        assert not begun.wait(0.5)
+    assert begun.wait(10)
+    other.join()
 
 
 def test_a_copy_of_the_book_elsewhere_hands_over_its_answers(book, tmp_path):
