@@ -97,20 +97,20 @@ def ik_batch(poses, geometry: Geometry = COURSE, limits=LIMITS, *, threads: int 
     done = _run(_judged, poses, (*ends, *geometry.values), threads, dtype)
     if done:
         q, marks = done
-        return q.reshape(-1, 4, 4), marks[:, [0, 0, 1, 1]], marks[:, 2:]
+        return q.reshape(-1, 4, 4), marks[:, :4], marks[:, 4:]
     angles, *verdicts = kinematics.ik_batch(poses, geometry, limits)
     return angles.astype(dtype, copy=False), *verdicts
 
 
 def _judged(x, y, z, pitch, low1, high1, low2, high2, low3, high3, low4, high4, *lengths):
-    """The branches as `omx.ik_batch` gives them; then the reach of front and back, and the verdict on each branch."""
+    """The branches as `omx.ik_batch` gives them; then of each whether it is in reach, and whether it is legal."""
     up, down, back_up, back_down, D, D_back = _branches(x + 0.0, y + 0.0, z, remainder(pitch, tau), *lengths)
     front, back = abs(D) <= _WITHIN, abs(D_back) <= _WITHIN
     ends = (low1, high1, low2, high2, low3, high3, low4, high4)
     up, down, back_up, back_down = _closed(up), _closed(down), _closed(back_up), _closed(back_down)
     return (
-        _shown(up, front), _shown(down, front), _shown(back_up, back), _shown(back_down, back), front, back,
-        front & _inside(up, ends), front & _inside(down, ends), back & _inside(back_up, ends),
+        _shown(up, front), _shown(down, front), _shown(back_up, back), _shown(back_down, back),
+        front, front, back, back, front & _inside(up, ends), front & _inside(down, ends), back & _inside(back_up, ends),
         back & _inside(back_down, ends),
     )  # fmt: skip
 
