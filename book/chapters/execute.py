@@ -8,7 +8,9 @@ A notebook that fails is left as it was; the cell that failed is printed with it
 """
 
 import argparse
+import asyncio
 import json
+import logging
 import re
 import sys
 import time
@@ -20,7 +22,7 @@ from nbclient.exceptions import CellExecutionError, CellTimeoutError, DeadKernel
 
 from book.chapters import normalise
 from book.chapters.kernels import SocketKernelManager
-from book.setup.paths import Stop
+from book.setup.paths import Stop, in_a_sentence
 
 CELL_TIMEOUT_S = 120
 START_TIMEOUT_S = 120
@@ -36,6 +38,27 @@ class Failed(Exception):
         super().__init__(f"{path} failed at cell {number}:\n\n{shown}\n\n{reason}")
 
 
+class Client(NotebookClient):
+    """nbclient answers Ctrl-C by ending the kernel, and meets that as an error of many kinds: here it is Ctrl-C."""
+
+    ended = 0
+
+    async def _async_cleanup_kernel(self):
+        self.ended += 1
+        if self.ended == 1:
+            await super()._async_cleanup_kernel()
+
+    def run(self, options):
+        """Execute the notebook in a kernel that is started with `options`."""
+        try:
+            self.execute(**options)
+        except BaseException as error:
+            if self.ended > 1 or isinstance(error, asyncio.CancelledError):  # while the kernel works, or starts
+                logging.getLogger("asyncio").disabled = True  # it would tell of each task that met a closed socket
+                raise KeyboardInterrupt from error
+            raise
+
+
 def run(path, cwd=None, timeout_s=CELL_TIMEOUT_S, allow_errors=False, env=None):
     """Execute the notebook file in a fresh kernel and return it, outputs raw (a NotebookNode).
 
@@ -43,7 +66,7 @@ def run(path, cwd=None, timeout_s=CELL_TIMEOUT_S, allow_errors=False, env=None):
     Raises `Failed` at the first error in a cell without the tag raises-exception, unless `allow_errors`.
     """
     at = {"number": 0, "cell": None}
-    client = NotebookClient(
+    client = Client(
         nbformat.reads(json.dumps(normalise.read(path)), as_version=4),
         timeout=timeout_s,
         startup_timeout=START_TIMEOUT_S,
@@ -54,7 +77,7 @@ def run(path, cwd=None, timeout_s=CELL_TIMEOUT_S, allow_errors=False, env=None):
         on_cell_start=lambda cell, cell_index: at.update(number=cell_index + 1, cell=cell),
     )
     try:
-        client.execute(**({} if env is None else {"env": env}))
+        client.run({} if env is None else {"env": env})
     except CellTimeoutError as error:
         raise Failed(path, at["number"], at["cell"].source, f"Stopped after {timeout_s} s.") from error
     except DeadKernelError as error:
@@ -78,6 +101,7 @@ def execute(path, timeout_s=CELL_TIMEOUT_S, dry_run=False):
     return False if dry_run else normalise.write(path, notebook)
 
 
+@in_a_sentence
 def main(argv=None):
     parser = argparse.ArgumentParser("python run.py execute", description=__doc__.split("\n")[0])
     parser.add_argument("notebooks", nargs="*", help="default: every chapter")

@@ -29,16 +29,17 @@ def sources() -> dict[Path, str]:
 def run_notebook(name: str, target: Path) -> None:
     """Run a chapter in a kernel of its own, its generated modules going to `target`. Raises `OmxError`."""
     import nbformat
-    from nbclient import NotebookClient
     from nbclient.exceptions import CellExecutionError, CellTimeoutError, DeadKernelError
+
+    from book.chapters.execute import Client
 
     notebook = nbformat.reads(json.dumps(normalise.read(NOTEBOOKS / f"{name}.ipynb")), as_version=4)
     notebook.cells = [
         cell for cell in notebook.cells if not {"solution", "check"} & set(tags(cell))
     ]  # a sheet's are TODO
-    client = NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(NOTEBOOKS)}})
+    client = Client(notebook, timeout=120, resources={"metadata": {"path": str(NOTEBOOKS)}})
     try:
-        client.execute(env={**os.environ, "OMX_GENERATED": str(target)}, stderr=subprocess.DEVNULL)
+        client.run({"env": {**os.environ, "OMX_GENERATED": str(target)}, "stderr": subprocess.DEVNULL})
     except CellExecutionError as error:
         raise OmxError(f"notebooks/{name}.ipynb stops with {error.ename}: {error.evalue}") from error
     except (CellTimeoutError, DeadKernelError) as error:

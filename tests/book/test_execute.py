@@ -3,7 +3,8 @@
 import psutil
 import pytest
 
-from book.chapters import execute, normalise
+from book.chapters import execute, generate, normalise
+from book.setup import paths
 from tests.helpers.chapter import code, markdown
 
 
@@ -44,6 +45,18 @@ def test_an_endless_cell_is_stopped(tmp_path, capsys):
 def test_a_dying_kernel_is_told(tmp_path):
     with pytest.raises(execute.Failed, match="The kernel died"):
         execute.run(notebook(tmp_path, "import os; os._exit(1)"))
+
+
+@pytest.mark.skipif(paths.WINDOWS, reason="there Ctrl-C is no signal to a process")
+@pytest.mark.parametrize("way", ["execute", "generate"])
+def test_ctrl_c_ends_the_kernel_and_is_said_in_a_sentence(tmp_path, monkeypatch, capfd, way):
+    cell = "import os, signal, time\nprint(os.getpid(), file=open('kernel', 'w'), flush=True)\n"
+    path = notebook(tmp_path, cell + "os.kill(os.getppid(), signal.SIGINT)\ntime.sleep(60)")
+    monkeypatch.setattr(generate, "NOTEBOOKS", tmp_path)
+    run = {"execute": lambda: execute.main([str(path)]), "generate": lambda: generate.run_notebook(path.stem, tmp_path)}
+    assert paths.in_a_sentence(run[way])() == 130
+    assert capfd.readouterr().err.endswith("run.py: Interrupted.\n")
+    assert not psutil.pid_exists(int((tmp_path / "kernel").read_text()))
 
 
 def test_deliberate_errors_are_stored(tmp_path):
