@@ -1,9 +1,8 @@
 """The scripts that pages, decks and hand-ins load: MathJax, 3-D viewer, panels, the kinematics in JavaScript."""
 
-import shutil
 from pathlib import Path
 
-from book.chapters import runs
+from book.publish import runs, scenes
 from book.setup.paths import BUILD, ROOT, Stop
 
 SHARED = BUILD / "shared"
@@ -14,15 +13,10 @@ GENERATED = ("fk", "ik", "jacobian")
 
 def share(libraries, folder=SHARED):
     """What every page loads, from npm and from `omx`: MathJax, the 3-D viewer, the kinematics in JavaScript."""
-    from omx.display.viewer import write_site_script
-
     (folder / "mathjax").mkdir(parents=True, exist_ok=True)
     update(folder / "mathjax" / "tex-svg-full.js", (libraries / "mathjax/es5/tex-svg-full.js").read_bytes())
     update(folder / "omx-kinematics.js", kinematics().encode())
-    fresh = folder / "fresh"
-    fresh.mkdir(exist_ok=True)
-    update(folder / "omx-view.js", write_site_script(fresh, runs.stock()).read_bytes())
-    shutil.rmtree(fresh)
+    update(folder / "omx-view.js", scenes.page_script(runs.stock()).encode())
     update(folder / "omx-panels.js", panels().encode())
     update(folder / LIVE.name, LIVE.read_bytes())
     update(folder / AGAIN.name, AGAIN.read_bytes())

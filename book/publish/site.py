@@ -18,8 +18,8 @@ import sys
 import time
 from pathlib import Path
 
-from book.chapters import execute, runs
-from book.publish import handout, notices, npm, pages, slides, start
+from book.chapters import execute
+from book.publish import handout, notices, npm, pages, runs, slides, start
 from book.publish.page_scripts import SHARED, share, update
 from book.setup.paths import BUILD, ROOT, Stop
 

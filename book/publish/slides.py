@@ -15,8 +15,8 @@ import shutil
 import sys
 import time
 
-from book.chapters import cells, execute, normalise, runs
-from book.publish import deck, handout, notices, npm, page_scripts, slide_code, slide_lint
+from book.chapters import cells, execute, normalise
+from book.publish import deck, handout, notices, npm, page_scripts, runs, slide_code, slide_lint
 from book.setup.paths import ROOT, Stop
 
 SLIDES = ROOT / "build" / "slides"
