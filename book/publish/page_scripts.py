@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from book.publish import runs, scenes
+from book.publish import scenes
 from book.setup.paths import BUILD, ROOT, Stop
 
 SHARED = BUILD / "shared"
@@ -11,12 +11,15 @@ AGAIN = Path(__file__).with_name("derive_again.py")
 GENERATED = ("fk", "ik", "jacobian")
 
 
-def share(libraries, folder=SHARED):
-    """What every page loads, from npm and from `omx`: MathJax, the 3-D viewer, the kinematics in JavaScript."""
+def share(libraries, common, folder=SHARED):
+    """What every page loads, from npm and from `omx`: MathJax, the 3-D viewer, the kinematics in JavaScript.
+
+    `common`: the objects that several scenes hold (`runs.stock`).
+    """
     (folder / "mathjax").mkdir(parents=True, exist_ok=True)
     update(folder / "mathjax" / "tex-svg-full.js", (libraries / "mathjax/es5/tex-svg-full.js").read_bytes())
     update(folder / "omx-kinematics.js", kinematics().encode())
-    update(folder / "omx-view.js", scenes.page_script(runs.stock()).encode())
+    update(folder / "omx-view.js", scenes.page_script(common).encode())
     update(folder / "omx-panels.js", panels().encode())
     update(folder / LIVE.name, LIVE.read_bytes())
     update(folder / AGAIN.name, AGAIN.read_bytes())

@@ -55,7 +55,7 @@ def build(fresh=False, pdf=False):
             shutil.rmtree(folder, ignore_errors=True)
     libraries = npm.modules()
     runs.run_all()
-    share(libraries)
+    share(libraries, runs.stock())
     arguments = ["-b", "html", "-c", ROOT / "book", "-d", DOCTREES, "-W", "--keep-going", "-q", ROOT, SITE]
     if NOTE.exists() and SITE.exists():
         NOTE.replace(SITE / NOTE.name)
