@@ -13,8 +13,7 @@ from sphinx.ext.napoleon import GoogleDocstring
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from book.chapters import runs  # noqa: E402
-from book.publish import page_scripts, pages  # noqa: E402
+from book.publish import page_scripts, pages, runs  # noqa: E402
 
 project = "Kinematics of the OpenMANIPULATOR-X"
 author = "the OpenMANIPULATOR-X kinematics book authors"

@@ -28,8 +28,8 @@ LANGUAGE = {
     "pygments_lexer": "ipython3",
 }
 CELL_METADATA = ("mystnb", "slideshow", "tags")
-PICTURE_TYPES = ("image/", "video/", "application/vnd.jupyter.widget", "application/javascript")
-PICTURE_HTML = ("<script", "<iframe", "<img", "<canvas", "<video", "<svg", 'class="omx-')
+PICTURE_TYPES = ("image/", "video/", "application/vnd.jupyter.widget", "application/vnd.omx", "application/javascript")
+PICTURE_HTML = ("<script", "<iframe", "<img", "<canvas", "<video", "<svg")
 
 
 def lines_of(text):

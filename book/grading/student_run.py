@@ -112,7 +112,7 @@ def stop(process):
 
 def variables(scratch, student):
     kept = {name: os.environ[name] for name in ("PATH", "LANG", "SYSTEMROOT", "TEMP") if name in os.environ}
-    return {**kept, "HOME": str(scratch), "OMX_STUDENT": student, "OMX_VIEW": "shared", "MPLBACKEND": "Agg",
+    return {**kept, "HOME": str(scratch), "OMX_STUDENT": student, "OMX_VIEW": "data", "MPLBACKEND": "Agg",
             "MPLCONFIGDIR": str(scratch), "OMX_GENERATED": str(scratch / "generated"), "PYTHONHASHSEED": "0",
             "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}  # fmt: skip
 

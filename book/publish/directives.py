@@ -8,8 +8,9 @@ from docutils import nodes
 from docutils.parsers.rst import Directive, directives
 
 import omx
-from book.chapters import cells, normalise, runs
-from book.publish import markup
+from book.chapters import cells, normalise
+from book.publish import markup, runs, scenes
+from book.publish.poster import with_poster
 from book.setup.paths import NOTEBOOKS
 
 
@@ -55,7 +56,7 @@ def arm(kind, q, height):
     from omx.display.viewer import View
 
     panel = JointPanel if kind == "joints" else PosePanel
-    return runs.thinned(panel(View(q, height=height), q=q).page_html(), runs.stock())
+    return scenes.html_of(with_poster(panel(View(q, height=height), q=q).page_data()), runs.stock())
 
 
 def setup(app):

@@ -23,10 +23,10 @@ import tempfile
 import zipfile
 from pathlib import Path
 
-from book.chapters import cells, runs
+from book.chapters import cells
 from book.chapters.normalise import read, write
 from book.chapters.student import Refused, student_copy
-from book.publish import notices, npm, site, start
+from book.publish import notices, npm, runs, site, start
 from book.setup import extra_envs
 from book.setup.paths import BUILD, ROOT, Stop, child_environment
 from omx.hardware.dynamixel.serial_line import ADAPTERS

@@ -16,7 +16,7 @@ from pygments.lexers import PythonLexer
 
 from book.chapters import cells
 from book.chapters.cells import text_of
-from book.publish import pages, slide_code, slide_content
+from book.publish import slide_code, slide_content
 
 MOST_LINES, MOST_COLUMNS = 18, 88  # of printed text, in type of 22 of a slide's 720 pixels
 EQUALS = re.compile(r"(?<=\\right\]) = (?=\\left\[)")
@@ -93,7 +93,7 @@ def blocks(lines):
 
 def rich(data, metadata):
     if "text/html" in data:
-        return pages.explained(data)
+        return text_of(data["text/html"])
     if "image/svg+xml" in data:
         return f'<div class="figure">{text_of(data["image/svg+xml"])}</div>'
     if "image/png" in data:

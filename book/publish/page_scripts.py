@@ -1,9 +1,8 @@
 """The scripts that pages, decks and hand-ins load: MathJax, 3-D viewer, panels, the kinematics in JavaScript."""
 
-import shutil
 from pathlib import Path
 
-from book.chapters import runs
+from book.publish import scenes
 from book.setup.paths import BUILD, ROOT, Stop
 
 SHARED = BUILD / "shared"
@@ -12,17 +11,15 @@ AGAIN = Path(__file__).with_name("derive_again.py")
 GENERATED = ("fk", "ik", "jacobian")
 
 
-def share(libraries, folder=SHARED):
-    """What every page loads, from npm and from `omx`: MathJax, the 3-D viewer, the kinematics in JavaScript."""
-    from omx.display.viewer import write_site_script
+def share(libraries, common, folder=SHARED):
+    """What every page loads, from npm and from `omx`: MathJax, the 3-D viewer, the kinematics in JavaScript.
 
+    `common`: the objects that several scenes hold (`runs.stock`).
+    """
     (folder / "mathjax").mkdir(parents=True, exist_ok=True)
     update(folder / "mathjax" / "tex-svg-full.js", (libraries / "mathjax/es5/tex-svg-full.js").read_bytes())
     update(folder / "omx-kinematics.js", kinematics().encode())
-    fresh = folder / "fresh"
-    fresh.mkdir(exist_ok=True)
-    update(folder / "omx-view.js", write_site_script(fresh, runs.stock()).read_bytes())
-    shutil.rmtree(fresh)
+    update(folder / "omx-view.js", scenes.page_script(common).encode())
     update(folder / "omx-panels.js", panels().encode())
     update(folder / LIVE.name, LIVE.read_bytes())
     update(folder / AGAIN.name, AGAIN.read_bytes())

@@ -11,13 +11,6 @@ from book.publish.recipe import recipe
 #: What a reader sees on the fold of a cell with this tag.
 FOLDED = {"solution": "Show a solution", "check": "Show the check"}
 
-#: Under the sliders of a `RobotPanel`, which have no robot on a page.
-WITHOUT_ROBOT = (
-    "Here the sliders move the drawn arm at once. In JupyterLab this panel also has motors, speed, hold-to-move and a "
-    "stop button, and the state of each servo."
-)
-
-
 #: Where the links to a chapter's handouts and to its notebook in the browser edition go, if the site has them.
 HANDOUTS = "<!--handouts-->"
 
@@ -46,22 +39,11 @@ def prepared(cell):
             cell["metadata"]["tags"] = [*tags, "hide-cell" if tag == "solution" else "hide-input"]
             prompts = {"code_prompt_show": FOLDED[tag], "code_prompt_hide": "Hide"}
             cell["metadata"]["mystnb"] = {**cell["metadata"].get("mystnb", {}), **prompts}
-    for output in cell.get("outputs", []):
-        if "text/html" in output.get("data", {}):
-            output["data"]["text/html"] = explained(output["data"])
     if cell["cell_type"] == "code" and (about := picture_of(cell)):
         cell["metadata"]["mystnb"] = {**cell["metadata"].get("mystnb", {}), "image": about}
     if cell["cell_type"] == "markdown":
         cell["source"] = boxed(normalise.text_of(cell["source"]), tags)
     return cell
-
-
-def explained(data):
-    """The HTML of an output; a robot's panel, which is a joint panel on a page, says what else it can do."""
-    text = normalise.text_of(data["text/html"])
-    if not normalise.text_of(data.get("text/plain", "")).startswith("RobotPanel:"):
-        return text
-    return f'<div class="omx-robot">{text}<p class="omx-note">{WITHOUT_ROBOT}</p></div>'
 
 
 def picture_of(cell):

@@ -18,8 +18,8 @@ import sys
 import time
 from pathlib import Path
 
-from book.chapters import execute, runs
-from book.publish import handout, notices, npm, pages, slides, start
+from book.chapters import execute
+from book.publish import handout, notices, npm, pages, runs, slides, start
 from book.publish.page_scripts import SHARED, share, update
 from book.setup.paths import BUILD, ROOT, Stop
 
@@ -55,7 +55,7 @@ def build(fresh=False, pdf=False):
             shutil.rmtree(folder, ignore_errors=True)
     libraries = npm.modules()
     runs.run_all()
-    share(libraries)
+    share(libraries, runs.stock())
     arguments = ["-b", "html", "-c", ROOT / "book", "-d", DOCTREES, "-W", "--keep-going", "-q", ROOT, SITE]
     if NOTE.exists() and SITE.exists():
         NOTE.replace(SITE / NOTE.name)

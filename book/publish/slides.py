@@ -15,8 +15,8 @@ import shutil
 import sys
 import time
 
-from book.chapters import cells, execute, normalise, runs
-from book.publish import deck, handout, notices, npm, page_scripts, slide_code, slide_lint
+from book.chapters import cells, execute, normalise
+from book.publish import deck, handout, notices, npm, page_scripts, runs, slide_code, slide_lint
 from book.setup.paths import ROOT, Stop
 
 SLIDES = ROOT / "build" / "slides"
@@ -29,7 +29,7 @@ def build(paths=None, folder=SLIDES):
     """Write the decks of these chapters (default: all) into `folder`; the paths of the decks."""
     libraries = npm.modules()
     runs.run_all(paths)
-    page_scripts.share(libraries)
+    page_scripts.share(libraries, runs.stock())
     lay_out_libraries(libraries, folder / "lib")
     decks = [write(path, folder) for path in paths or runs.chapters()]
     write_list(folder)

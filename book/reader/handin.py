@@ -19,10 +19,9 @@ from latex2mathml.converter import convert
 from book.chapters import execute, normalise
 from book.chapters.cells import headings, is_code, source, tags
 from book.chapters.student import title
-from book.publish import markup, page_scripts, pages
+from book.publish import markup, page_scripts, scenes
 from book.setup import names
 from book.setup.paths import ROOT, WORK, Stop, in_a_sentence, whole
-from omx.display.viewer.html_export import write_site_script
 
 HAND_IN = WORK / "hand-in"
 REAL_PORT = re.compile(r"/dev/|\bCOM\d")
@@ -47,9 +46,9 @@ def write(path, target, run=True):
 
 
 def executed(path):
-    """The notebook with the outputs of a run in a fresh kernel, errors kept; scenes as HTML."""
+    """The notebook with the outputs of a run in a fresh kernel, errors kept; scenes as data."""
     with tempfile.TemporaryDirectory(prefix="omx-") as folder:
-        env = {**os.environ, "OMX_VIEW": "shared", "OMX_GENERATED": folder}
+        env = {**os.environ, "OMX_VIEW": "data", "OMX_GENERATED": folder}
         return execute.run(path, allow_errors=True, env=env)
 
 
@@ -103,11 +102,11 @@ def shown(cell):
     if not is_code(cell):
         return mathml(markup.prose(markup.LINK.sub(r"\1", source(cell))))  # a single file has no neighbours
     pieces = [markup.code(source(cell))]
-    for output in cell.get("outputs", []):
+    for output in scenes.as_html(cell.get("outputs", [])):
         if output["output_type"] == "error":
             pieces.append(f'<pre class="output error">{html.escape(said(output))}</pre>')
         elif "text/html" in output.get("data", {}):
-            pieces.append(pages.explained(output["data"]))
+            pieces.append(normalise.text_of(output["data"]["text/html"]))
         elif output["output_type"] == "stream":
             pieces.append(f'<pre class="output">{html.escape(normalise.text_of(output["text"]))}</pre>')
         else:
@@ -136,9 +135,7 @@ def mathml(text):
 
 def scripts():
     """The scripts of the site, in the page: the viewer, the kinematics, the panels' sliders."""
-    with tempfile.TemporaryDirectory() as folder:
-        parts = [write_site_script(folder).read_text(encoding="utf-8"), page_scripts.kinematics()]
-    parts.append(page_scripts.panels())
+    parts = (scenes.page_script({}), page_scripts.kinematics(), page_scripts.panels())
     safe = [part.replace("</script", "<\\/script") for part in parts]
     return "\n".join(f"<script>{part}</script>" for part in safe)
 

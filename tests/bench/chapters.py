@@ -6,7 +6,7 @@ import sys
 import time
 from pathlib import Path
 
-from book.chapters import runs
+from book.publish import runs
 from book.setup.paths import ROOT, child_environment
 from tests.bench.sheet import Expectation, Panel, Section, Size, Table, at_most, duration
 

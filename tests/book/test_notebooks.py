@@ -4,7 +4,8 @@ import shutil
 
 import pytest
 
-from book.chapters import generate, normalise, runs
+from book.chapters import generate, normalise
+from book.publish import runs
 
 CHAPTERS = sorted(normalise.NOTEBOOKS.glob("*.ipynb"))
 WRITERS = sorted(set(generate.sources().values()))

@@ -6,8 +6,8 @@ import inspect
 import pytest
 
 import omx
-from book.chapters import cells, normalise, runs
-from book.publish import derive_again, pages
+from book.chapters import cells, normalise
+from book.publish import derive_again, pages, runs
 from book.publish.recipe import recipe
 from omx.derive import write_chain
 from omx.derive.store import GENERATED

@@ -11,12 +11,11 @@ from urllib.parse import unquote, urldefrag
 import pytest
 
 import omx
-from book.chapters import runs, student
+from book.chapters import student
 from book.chapters.cells import text_of
 from book.chapters.normalise import normalise, read
-from book.publish import deck, npm, pages, site
+from book.publish import deck, npm, pages, runs, site
 from book.setup.paths import Stop
-from omx.display.viewer import View, html_export
 from omx.generated import fk, ik
 from tests.helpers.chapter import chapter, code, markdown, printed
 from tests.helpers.javascript import flat, in_node
@@ -267,16 +266,6 @@ def test_no_line_of_a_page_begins_with_the_full_stop_after_a_formula():
     assert site.INLINE.sub("", joined) == joined, "the next build leaves it as it is"
 
 
-def test_a_robots_panel_says_what_is_missing_on_a_page():
-    def shown(plain):
-        data = {"text/html": '<div class="omx-panel"></div>', "text/plain": plain}
-        cell = code("panel", outputs=[{"output_type": "display_data", "data": data, "metadata": {}}])
-        return pages.prepared(copy.deepcopy(cell))["outputs"][0]["data"]["text/html"] + deck.sections({"cells": [cell]})
-
-    assert shown("RobotPanel: at home").count("hold-to-move") == 2
-    assert "hold-to-move" not in shown("JointPanel: at home")
-
-
 def test_without_npm_one_sentence_says_what_to_do(monkeypatch, tmp_path):
     monkeypatch.setattr(npm.shutil, "which", lambda name: None)
     with pytest.raises(Stop, match=r"npm is not on this machine.*install Node\.js"):
@@ -288,32 +277,3 @@ def test_the_lock_file_names_no_host():
     assert "http" not in text
     packages = json.loads(text)["packages"]
     assert all(about["integrity"].startswith("sha512-") for name, about in packages.items() if name)
-
-
-# ---- what many scenes hold ------------------------------------------------------------------------------------
-
-
-def test_what_two_scenes_hold_goes_to_the_sites_script_once(tmp_path, monkeypatch):
-    """The scenes of the kept runs give up their common objects, and nothing is lost."""
-    shown = [View(omx.HOME), View(omx.ZERO)]
-    shown[1].label("mine", "only here", (0, 0, 100))
-    outputs = [{"output_type": "display_data", "metadata": {}, "data": {"text/html": v.page_html()}}
-               for v in shown]  # fmt: skip
-    notebook = normalise({"cells": [*chapter(), code("view", outputs=outputs)], "nbformat": 4})
-    notebook["cells"][-1]["outputs"] = outputs  # the normaliser stores no scenes
-    path, kept = tmp_path / "07-lines.ipynb", tmp_path / "kept"
-    kept.mkdir()
-    for where in (path, kept / path.name):
-        where.write_text(json.dumps(notebook))
-    monkeypatch.setattr(runs, "chapters", lambda: [path])
-    runs.gather(kept)
-    common = runs.stock(kept)
-    whole = runs.OBJECTS.findall(outputs[0]["data"]["text/html"] + outputs[1]["data"]["text/html"])
-    thin = runs.OBJECTS.findall(
-        "".join(o["data"]["text/html"] for o in runs.merged(path, kept)["cells"][-1]["outputs"])
-    )
-    for (*_, before), (*_, after) in zip(whole, thin, strict=True):
-        assert html_export.unpacked_objects(before) == html_export.unpacked_objects(after) | {
-            name: common[name] for name in html_export.unpacked_objects(before) if name in common
-        }
-    assert [len(html_export.unpacked_objects(text)) for *_, text in thin] == [0, 1]

@@ -10,8 +10,8 @@ from unittest import mock
 
 import pytest
 
-from book.chapters import cells, normalise, runs
-from book.publish import lite
+from book.chapters import cells, normalise
+from book.publish import lite, runs
 from tests.browser.weblook import served
 from tests.helpers.lite import chapter, run_all, texts
 

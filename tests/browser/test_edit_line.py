@@ -10,8 +10,7 @@ import pytest
 import sympy as sp
 
 import omx
-from book.chapters import runs
-from book.publish import lite, site
+from book.publish import lite, runs, site
 from book.setup import extra_envs
 from book.setup.paths import Stop
 from omx.derive import write_chain

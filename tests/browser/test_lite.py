@@ -19,8 +19,8 @@ from pathlib import Path
 import numpy
 import pytest
 
-from book.chapters import cells, normalise, runs
-from book.publish import lite, site
+from book.chapters import cells, normalise
+from book.publish import lite, runs, site
 from book.setup.paths import Stop
 from omx import HOME, Robot
 from omx.hardware.simulator import SteppedClock, VirtualArm, VirtualPort

@@ -8,7 +8,8 @@ import sys
 
 import pytest
 
-from book.publish import handout, site, slide_lint, slides
+from book.publish import handout, scenes, site, slide_lint, slides
+from book.publish.poster import with_poster
 from omx.display.viewer import View
 from tests.browser.weblook import Look, is_blank, picture, served
 from tests.helpers.chapter import code, markdown
@@ -216,7 +217,8 @@ handout.print_all([Path(sys.argv[1])])"""
 def test_a_deck_with_a_scene_prints_the_same_bytes_in_another_folder_and_time_zone(built_site, tmp_path):
     view = View()
     view.trail()
-    scene = {"output_type": "display_data", "metadata": {}, "data": {"text/html": view.page_html()}}
+    shown = scenes.html_of(with_poster(view.page_data()))
+    scene = {"output_type": "display_data", "metadata": {}, "data": {"text/html": shown}}
     cells = [markdown("# A\n\nA [link](02-frames-and-dh.ipynb) to another deck.\n\n| a |\n|-|\n| 1 |", "slide"),
              code("2 + 3"), markdown("## B\n\nThe arm."), code("view", outputs=[scene])]  # fmt: skip
     made = []

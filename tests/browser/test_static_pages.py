@@ -10,14 +10,14 @@ from PIL import Image
 
 import omx
 from book.chapters import normalise
-from book.publish import page_scripts
+from book.publish import page_scripts, scenes
+from book.publish.poster import poster
 from book.reader import handin
 from omx import Chain, rotation
 from omx.analysis import Inverse
 from omx.derive import write_inverse
 from omx.display.panels import HandPanel, JointPanel, PosePanel, terms
-from omx.display.viewer import View, write_site_script
-from omx.display.viewer.poster import poster
+from omx.display.viewer import View
 from tests.browser.latency import percentile
 from tests.browser.pages import is_blank, pixels, share_changed
 from tests.browser.weblook import image_of, serious
@@ -49,13 +49,13 @@ def write(folder, *bodies, script=""):
 
 def with_panels(folder, *panels):
     """A page with panels, as the site has them."""
-    write_site_script(folder)
+    (folder / "omx-view.js").write_text(scenes.page_script({}), encoding="utf-8")
     (folder / "omx-kinematics.js").write_text(page_scripts.kinematics(), encoding="utf-8")
     (folder / "omx-panels.js").write_text(page_scripts.panels(), encoding="utf-8")
     style = f"<style>{(page_scripts.ROOT / 'book/static/house.css').read_text(encoding='utf-8')}</style>"
     names = ("omx-view.js", "omx-kinematics.js", "omx-panels.js")
     scripts = "".join(f'<script src="{name}" defer></script>' for name in names)
-    return write(folder, *(panel.page_html() for panel in panels), script=style + scripts)
+    return write(folder, *(scenes.html_of(panel.page_data()) for panel in panels), script=style + scripts)
 
 
 def frames(page, count):
@@ -125,12 +125,10 @@ def test_a_scene_cannot_reach_the_page_around_it(show, tmp_path):
 
 
 def test_scenes_share_one_script_and_wait_for_the_reader(show, tmp_path):
-    write_site_script(tmp_path)
+    (tmp_path / "omx-view.js").write_text(scenes.page_script({}), encoding="utf-8")
     gap = '<div style="height:4000px"></div>'
-    path = write(
-        tmp_path, View().page_html(), gap, View(omx.ZERO).page_html(),
-        script='<script src="omx-view.js" defer></script>',
-    )  # fmt: skip
+    one, two = (scenes.html_of(view.page_data()) for view in (View(), View(omx.ZERO)))
+    path = write(tmp_path, one, gap, two, script='<script src="omx-view.js" defer></script>')
     page, asked = show(path)
     frames(page, 1)
     assert {url.rsplit("/", 1)[1] for url in asked if url.startswith("file:")} == {"page.html", "omx-view.js"}

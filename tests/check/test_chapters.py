@@ -130,7 +130,7 @@ def trials(path):
 
 @pytest.mark.parametrize("path", CHAPTERS, ids=lambda path: path.stem)
 def test_every_wrong_answer_is_refused_by_a_sentence(path, tmp_path, monkeypatch):
-    for name, value in {"MPLBACKEND": "Agg", "OMX_VIEW": "shared", "OMX_GENERATED": str(tmp_path)}.items():
+    for name, value in {"MPLBACKEND": "Agg", "OMX_VIEW": "data", "OMX_GENERATED": str(tmp_path)}.items():
         monkeypatch.setenv(name, value)
     monkeypatch.chdir(tmp_path)
     table, accepted = [], []

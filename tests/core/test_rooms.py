@@ -24,7 +24,7 @@ ROOMS = {
     "analysis": ({"small"}, {"numba"}),
     "exchange": ({"small"}, set()),
     "hardware": ({"small", "motion"}, set()),
-    "display": ({"small", "motion", "analysis"}, {"meshcat", "umsgpack", "matplotlib", "PIL", *JUPYTER}),
+    "display": ({"small", "motion", "analysis"}, {"meshcat", "umsgpack", "matplotlib", *JUPYTER}),
     "check": ({"small", "derive"}, set()),
     "small": (set(), set()),
 }

@@ -5,13 +5,14 @@ import gzip
 import html
 import json
 import re
-import struct
 
 import pytest
 
 import omx
-from omx.display.viewer import View, html_export, write_site_script
+from omx.display.viewer import View
 from omx.display.viewer.assets import packed, viewer_source
+from omx.display.viewer.scene import SCENE
+from tests.helpers.scenes import take_apart
 
 
 @pytest.fixture(scope="module")
@@ -21,21 +22,6 @@ def view():
     view.label("w", 'a "quoted" <b>word</b>', (0, 0, 100))
     view.animate([omx.HOME, omx.ZERO])
     return view
-
-
-def take_apart(text):
-    """The rows and bytes of a packed scene, as `start.js` reads them."""
-    data = gzip.decompress(base64.b64decode(text))
-    (size,) = struct.unpack("<I", data[:4])
-    head, at, out = json.loads(data[4 : 4 + size]), 4 + size, []
-    for *row, last in head:
-        if isinstance(last, str):
-            out.append((tuple(row), last))
-        else:
-            out.append((tuple(row), data[at : at + last]))
-            at += last
-    assert at == len(data)
-    return out
 
 
 def embedded(page, name):
@@ -64,14 +50,13 @@ def test_a_static_scene_fetches_nothing(view):
 
 def test_a_static_scene_holds_the_whole_scene_and_the_unmodified_viewer(view):
     page = inner_page(view.static_html())
-    assert dict(take_apart(embedded(page, "scene"))) == view.channel.log
+    assert take_apart(embedded(page, "scene")) == view.channel.log
     source = gzip.decompress(base64.b64decode(embedded(page, "viewer"))).decode()
     assert source.startswith(viewer_source())
 
 
 def test_an_animation_is_in_it(view):
-    keys = [key for key, _ in take_apart(embedded(inner_page(view.static_html()), "scene"))]
-    assert ("set_animation", "", "") in keys
+    assert ("set_animation", "", "") in take_apart(embedded(inner_page(view.static_html()), "scene"))
 
 
 def test_words_in_a_scene_cannot_end_the_script(view):
@@ -86,51 +71,20 @@ def test_the_same_scene_gives_the_same_bytes():
 def test_visualizer_static_html_is_a_whole_page(view):
     page = view.vis.static_html()
     assert page.startswith("<!DOCTYPE html>")
-    assert dict(take_apart(embedded(page, "scene"))) == view.channel.log
-
-
-# ---- shared by a site ----------------------------------------------------------------------------------
-
-
-def shared(view):
-    """The rows of a placeholder's scene, and its objects by name."""
-    placeholder = view.page_html()
-    scene, objects = (re.search(rf'data-{name}="([^"]*)"', placeholder)[1] for name in ("scene", "objects"))
-    return take_apart(scene), html_export.unpacked_objects(objects)
-
-
-def test_a_placeholder_holds_its_scene_and_names_its_objects_by_content():
-    view = View((0.1, 0.2, 0.3, 0.4))
-    view.ghosts([omx.HOME, omx.ZERO])
-    scene, objects = shared(view)
-    assert {key: objects.get(data, data) for key, data in scene} == view.channel.log
-    assert all(html_export.name_of(data) == name for name, data in objects.items())
-    other = shared(View((0.3, 0.2, 0.1, 0.0)))[1]
-    assert other.keys() < objects.keys(), "another pose is the same arm"
-
-
-def test_the_sites_script_holds_what_it_is_given(tmp_path):
-    _, objects = shared(View())
-    script = write_site_script(tmp_path, objects)
-    assert script.name == "omx-view.js"
-    values = json.loads(re.match(r"const OMX_VIEW = (\{.*\});\n", script.read_text(encoding="utf-8"))[1])
-    assert html_export.unpacked_objects(values["stock"]) == objects
-
-
-def test_a_site_script_is_written_in_place_of_an_old_one(tmp_path):
-    assert write_site_script(tmp_path).read_bytes() == write_site_script(tmp_path).read_bytes()
+    assert take_apart(embedded(page, "scene")) == view.channel.log
 
 
 # ---- in cells ------------------------------------------------------------------------------------------
 
 
-def test_a_cell_shows_html_where_a_page_is_built(monkeypatch):
-    monkeypatch.setenv("OMX_VIEW", "shared")
+def test_a_cell_shows_data_where_a_page_is_built(monkeypatch):
+    monkeypatch.setenv("OMX_VIEW", "data")
     view = View()
-    data = view._repr_mimebundle_()
-    assert set(data) == {"text/plain", "text/html"}
-    assert data["text/plain"] == repr(view)
-    assert 'class="omx-scene"' in data["text/html"]
+    shown = view._repr_mimebundle_()
+    told = json.loads(json.dumps(shown.pop(SCENE), allow_nan=False))
+    assert shown == {"text/plain": repr(view)}
+    assert (told["title"], told["height"]) == (repr(view), view.height)
+    assert take_apart(told["log"]) == view.channel.log
     assert view._widget is None
 
 

@@ -10,6 +10,7 @@ import pytest
 import omx
 from omx.analysis.accuracy import tip_error
 from omx.display.panels import LiveFigure, live_figure
+from omx.display.viewer.scene import SCENE
 from omx.hardware.dynamixel import packet as pk
 from omx.hardware.dynamixel import units
 from omx.motion import differential_ik, joint_move, line
@@ -186,7 +187,5 @@ def test_a_figure_is_a_widget_and_a_mark_with_its_words_for_the_site(monkeypatch
     figure = LiveFigure("cloud", {"sigma (deg)": (0, 1, 0.5, 0.05)}, "Tips", draws=[[0, 0, 0, 0.5]])
     assert repr(figure) == "Live figure: Tips; sigma 0.5 °"
     assert "application/vnd.jupyter.widget-view+json" in figure._repr_mimebundle_()
-    monkeypatch.setenv("OMX_VIEW", "shared")
-    page = figure._repr_mimebundle_()["text/html"]
-    assert page.startswith('<div class="omx-panel"')
-    assert page.endswith("<p>Live figure: Tips; sigma 0.5 °</p></div>")
+    monkeypatch.setenv("OMX_VIEW", "data")
+    assert figure._repr_mimebundle_()[SCENE] == {"title": repr(figure), "panel": figure.data}

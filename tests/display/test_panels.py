@@ -2,6 +2,7 @@
 
 import asyncio
 import html
+import json
 import math
 import re
 
@@ -14,6 +15,7 @@ import omx
 from omx.display.panels import JointPanel, PosePanel, tables, terms
 from omx.display.panels.panel import Later
 from omx.display.viewer import View
+from omx.display.viewer.scene import SCENE
 from tests.helpers.scenes import Clock, Page, decoded, objects, placed
 
 SLIDER = omx.Chain([omx.DHRow(0, 50, 0, 1.0), omx.DHRow(0, 20, 0, 0, prismatic=True)], limits=[(-1, 1), (5, 60)])
@@ -351,12 +353,14 @@ def test_the_text_of_a_panel_is_a_sentence_and_always_the_same(kind):
 
 
 @pytest.mark.parametrize("kind", [JointPanel, PosePanel])
-def test_a_panel_shows_a_widget_or_html(kind, monkeypatch):
+def test_a_panel_shows_a_widget_or_data(kind, monkeypatch):
     panel = kind()
     data = panel._repr_mimebundle_()
     assert data["application/vnd.jupyter.widget-view+json"]["model_id"] == panel.model_id
-    monkeypatch.setenv("OMX_VIEW", "shared")
-    assert 'class="omx-panel"' in kind()._repr_mimebundle_()["text/html"]
+    monkeypatch.setenv("OMX_VIEW", "data")
+    told = json.loads(json.dumps(kind()._repr_mimebundle_()[SCENE], allow_nan=False))
+    assert told["panel"].keys() >= {"kind", "q"}
+    assert told["log"]
 
 
 def test_numbers_are_written_without_minus_zero():

@@ -290,5 +290,11 @@ def test_warnings_of_the_opening_are_shown():
     robot.bus.close()
 
 
+def test_a_page_gets_its_joint_sliders_and_hears_that_they_are_a_robots(panel):
+    told = panel.page_data()
+    assert told["panel"]["kind"] == "joints"
+    assert told["robot"]
+
+
 def test_its_text_is_deterministic(panel):
     assert repr(panel).startswith("RobotPanel: OpenMANIPULATOR-X at q =")

@@ -1,6 +1,6 @@
 """A pytest plugin: one run of each chapter for everybody, which the site, the slides and the other tests use again.
 
-`install` teaches nbval to run a chapter as the site does, with its scenes as HTML, and to keep the outputs once every
+`install` teaches nbval to run a chapter as the site does, with its scenes as data, and to keep the outputs once every
 cell has passed. Stored outputs are compared with the eyes of the normaliser: no figures, widgets or scenes.
 """
 
@@ -13,8 +13,9 @@ import nbformat
 from nbformat import NotebookNode
 from nbval import kernel, plugin
 
-from book.chapters import normalise, runs
+from book.chapters import normalise
 from book.chapters.kernels import BlockingSocketKernelManager
+from book.publish import runs
 
 _set_up, _tear_down = plugin.IPyNbFile.setup, plugin.IPyNbFile.teardown
 _message, _run, _compare = (

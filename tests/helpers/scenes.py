@@ -1,5 +1,10 @@
 """Reading scenes in tests: what a page would have, from the messages that it gets."""
 
+import base64
+import gzip
+import json
+import struct
+
 import numpy as np
 import umsgpack
 
@@ -31,6 +36,19 @@ def bounds(channel, path):
         for geometry, child in meshes
     ]
     return 1e3 * np.vstack(parts).min(axis=0), 1e3 * np.vstack(parts).max(axis=0)
+
+
+def take_apart(text):
+    """Bytes by their keys, as `start.js` reads them from a packed text; where only a name stands, that name."""
+    data = gzip.decompress(base64.b64decode(text))
+    (size,) = struct.unpack("<I", data[:4])
+    at, out = 4 + size, {}
+    for *key, last in json.loads(data[4:at]):
+        length = 0 if isinstance(last, str) else last
+        out[tuple(key)] = last if isinstance(last, str) else data[at : at + length]
+        at += length
+    assert at == len(data)
+    return out
 
 
 class Page:

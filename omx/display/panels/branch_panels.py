@@ -66,8 +66,8 @@ class BranchPanel(Panel):
         """Why the arm did not follow, or nothing."""
         return self._message
 
-    def _static_data(self) -> dict:
-        return {"q": self.q, "kind": "pose", "sliders": self._rows}
+    def page_data(self) -> dict:
+        return {**super().page_data(), "panel": {"q": self.q, "kind": "pose", "sliders": self._rows}}
 
     def _dragged(self, pose, q) -> None:
         """By its handle the tool is asked to a pose; a link that is pulled says where the joints are, and no pose."""

@@ -35,8 +35,9 @@ class RowPanel(SliderPanel):
             slider.value = number
         self._write()
 
-    def _static_data(self) -> dict:
-        return {"kind": "row", "q": [float(v) for v in self.view.row.at(0.0)], "sliders": _ROWS}
+    def page_data(self) -> dict:
+        row = {"kind": "row", "q": [float(v) for v in self.view.row.at(0.0)], "sliders": _ROWS}
+        return {**super().page_data(), "panel": row}
 
     def _heard(self, _change) -> None:
         self.view.row = self.row

@@ -67,11 +67,11 @@ class JointPanel(Panel):
             buttons.append(button)
         return ipywidgets.HBox(buttons)
 
-    def _static_data(self) -> dict:
+    def page_data(self) -> dict:
         data = {"q": self.q, "kind": "joints", **({"section": True} if self.view.has_section else {})}
         if self._terms is not None:
             data["terms"] = {"words": WORDS, "colours": COLOURS, "table": self._terms.html, "shown": self._shown}
-        return data
+        return {**super().page_data(), "panel": data}
 
     def _on_sliders(self, values) -> None:
         rows = zip(values, self.chain.rows, strict=True)

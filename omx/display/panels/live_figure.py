@@ -4,8 +4,6 @@ It needs no Python while it moves: a page, a deck and a notebook show the same f
 shows is in `figures.js`, how it is drawn in `chart.js`; a chapter gives the sliders and the data.
 """
 
-import html
-import json
 import re
 from pathlib import Path
 
@@ -70,10 +68,9 @@ class LiveFigure(anywidget.AnyWidget):
         starts = ", ".join(f"{name} {first:g} {unit}".rstrip() for name, unit, _, _, first, _ in self.data["sliders"])
         return f"Live figure: {self.alt}; {starts}"
 
-    def page_html(self) -> str:
-        """The figure without a kernel: its words in a mark that the site's script fills."""
-        data = html.escape(json.dumps(self.data))
-        return f'<div class="omx-panel" data-panel="{data}"><p>{html.escape(repr(self))}</p></div>'
+    def page_data(self) -> dict:
+        """All that a tool needs to put the figure on a page of its own, where `panel.js` draws it."""
+        return {"title": repr(self), "panel": self.data}
 
     def _repr_mimebundle_(self, **_) -> dict:
         return mimebundle(self)

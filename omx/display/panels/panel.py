@@ -1,8 +1,5 @@
 """What panels share: a view, its joint values, and one way out for commands."""
 
-import html
-import json
-
 import ipywidgets
 
 from ...arrays import shown
@@ -51,17 +48,12 @@ class ViewPanel(ipywidgets.VBox):
         self.view = view
         super().__init__(children)
 
-    def _static_data(self) -> dict:
-        """What `panel.js` has to know to make the controls of a page without a kernel."""
-        raise NotImplementedError
+    def page_data(self) -> dict:
+        """All that a tool needs to put the panel on a page: its scene's and, as `panel`, what `panel.js` has to know.
 
-    def page_html(self) -> str:
-        """The panel without a kernel: the scene in a mark that the site's script fills with sliders of its own.
-
-        That script moves the arm by the generated formulas in JavaScript.
+        That script makes the controls of a page without a kernel, and moves the arm by the generated formulas.
         """
-        data = html.escape(json.dumps(self._static_data()))
-        return f'<div class="omx-panel" data-panel="{data}">{self.view.page_html()}</div>'
+        return self.view.page_data()
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}: {self.view!r}"

@@ -114,9 +114,9 @@ class RobotPanel(ViewPanel):
         speed = ipywidgets.HBox([self.speed, ipywidgets.Label("deg/s")])
         return [ipywidgets.HBox(buttons), speed, self.message, self.state]
 
-    def page_html(self) -> str:
+    def page_data(self) -> dict:
         """The joint sliders alone, as a page without a kernel has no robot."""
-        return self.joints.page_html()
+        return {**self.joints.page_data(), "robot": True}
 
     # ---- what the buttons do ----
 

@@ -3,7 +3,6 @@
 from ..palette import PALETTE
 from .dh_row_view import RowView
 from .environment import Camera
-from .html_export import write_site_script
 from .view import View
 
-__all__ = ["PALETTE", "Camera", "RowView", "View", "write_site_script"]
+__all__ = ["PALETTE", "Camera", "RowView", "View"]

@@ -13,8 +13,8 @@ from .channel import Channel
 from .environment import Camera
 from .threejs import Drawing
 
-#: Set to `shared`, scenes and panels show themselves as HTML instead of a live widget: see `Scene.page_html`.
-MODE = "OMX_VIEW"
+#: Set to `data`, scenes and panels show themselves as JSON of the type `SCENE`, not as a live widget: see `page_data`.
+MODE, SCENE = "OMX_VIEW", "application/vnd.omx.scene+json"
 
 
 class Scene:
@@ -143,9 +143,10 @@ class Scene:
         """The scene as HTML without a kernel: sandboxed, fetching nothing, animated if an animation is set."""
         return html_export.frame(self.channel.log, self._config(), self.height, repr(self))
 
-    def page_html(self) -> str:
-        """The same in a few kB, for a page of many scenes, which loads the script of `write_site_script` once."""
-        return html_export.placeholder(self.channel.log, self._config(), self.height, repr(self))
+    def page_data(self) -> dict:
+        """All that a tool needs to put the scene on a page of its own; its log is packed by `html_export.as_text`."""
+        log = html_export.as_text(self.channel.log)
+        return {"title": repr(self), "height": self.height, "config": self._config(), "log": log}
 
     def __repr__(self) -> str:
         return "3-D scene"
@@ -163,9 +164,9 @@ class Scene:
 
 
 def mimebundle(shown) -> dict:
-    """What a cell shows for a scene or a panel: a live widget, or HTML where `OMX_VIEW` asks."""
-    if os.environ.get(MODE) == "shared":
-        return {"text/plain": repr(shown), "text/html": shown.page_html()}
+    """What a cell shows for a scene or a panel: a live widget, or data where `OMX_VIEW` asks."""
+    if os.environ.get(MODE) == "data":
+        return {"text/plain": repr(shown), SCENE: shown.page_data()}
     model = shown.widget if isinstance(shown, Scene) else shown
     view = {"version_major": 2, "version_minor": 0, "model_id": model.model_id}
     return {"text/plain": repr(shown), "application/vnd.jupyter.widget-view+json": view}

@@ -23,18 +23,6 @@
 
   document.documentElement.classList.toggle("dark", Boolean(window.OMX_CONFIG.dark));
 
-  // On a slide, keys are the speaker's after a click in here, too; who has come by Tab keeps them. It listens before the
-  // viewer does, which keeps a hand on the arm to itself.
-  let clicked = false;
-  window.addEventListener("pointerdown", () => { clicked = window.OMX_CONFIG.keys === "page"; }, { capture: true });
-  window.addEventListener("keydown", (event) => {
-    if (event.key === "Tab") clicked = false;
-    if (!clicked || event.ctrlKey || event.altKey || event.metaKey) return;
-    event.preventDefault();
-    event.stopImmediatePropagation();
-    window.parent.postMessage({ omx: "key", code: event.keyCode }, "*");
-  }, { capture: true });
-
   const code = document.createElement("script");
   code.textContent = await unpack("viewer").text();
   document.body.append(code);

@@ -4,14 +4,30 @@
   "use strict";
   const MOST_FRAMES = 8;
   const filled = [];
-  const isDark = () => document.documentElement.dataset.theme === "dark";
+  const root = document.documentElement;
+  const isDark = () => root.dataset.theme === "dark";
+
+  // In the frame on a slide, keys are the speaker's after a click, too; who has come by Tab keeps them. It listens before
+  // the viewer does, which keeps a hand on the arm to itself.
+  function giveKeysAway() {
+    let clicked = false;
+    window.addEventListener("pointerdown", () => { clicked = true; }, { capture: true });
+    window.addEventListener("keydown", (event) => {
+      if (event.key === "Tab") clicked = false;
+      if (!clicked || event.ctrlKey || event.altKey || event.metaKey) return;
+      event.preventDefault();
+      event.stopImmediatePropagation();
+      window.parent.postMessage({ omx: "key", code: event.keyCode }, "*");
+    }, { capture: true });
+  }
 
   // The frame's page for one placeholder.
   function page(box) {
     const { shell, viewer, stock, start } = OMX_VIEW;
-    const config = JSON.stringify({ ...JSON.parse(box.dataset.config), dark: isDark(), keys: document.documentElement.dataset.keys }).replaceAll("<", "\\u003c");
+    const config = JSON.stringify({ ...JSON.parse(box.dataset.config), dark: isDark() }).replaceAll("<", "\\u003c");
     const text = (id, data) => '<script type="text/plain" id="' + id + '">' + data + "</" + "script>";
-    const run = "<script>" + start + "</" + "script>";
+    const keys = root.dataset.keys === "page" ? "(" + giveKeysAway + ")();" : "";
+    const run = "<script>" + keys + start + "</" + "script>";
     return shell.replace("/*config*/{}", () => config)
       .replace("<!--viewer-->", () => text("scene", box.dataset.scene) + text("objects", box.dataset.objects) +
         text("stock", stock) + text("viewer", viewer) + run);
@@ -57,7 +73,7 @@
     if (box.dataset.ready) box.dataset.dark = isDark();
   }
   new MutationObserver(() => filled.forEach(dress))
-    .observe(document.documentElement, { attributeFilter: ["data-theme"] });
+    .observe(root, { attributeFilter: ["data-theme"] });
   window.addEventListener("message", ({ data, source }) => {
     const box = data?.omx === "ready" && filled.find((b) => b.querySelector("iframe")?.contentWindow === source);
     if (!box) return;

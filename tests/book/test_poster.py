@@ -7,8 +7,8 @@ import pytest
 from PIL import Image
 
 import omx
+from book.publish.poster import Lens, poster
 from omx.display.viewer import Camera, View
-from omx.display.viewer.poster import Lens, poster
 
 SIZE = 420, 760
 

@@ -1,9 +1,10 @@
-"""A scene as a picture: for paper, and for a page until its frame has come. Drawn by NumPy, so no browser is needed.
+"""A scene as a picture, for paper. Drawn by NumPy, so no browser is needed.
 
 Triangles go through a depth buffer, at twice the size, and the result is halved: what the viewer's scripts draw, in
 simpler light. The same scene gives the same bytes.
 """
 
+import base64
 import io
 from pathlib import Path
 from typing import NamedTuple
@@ -13,8 +14,9 @@ import numpy as np
 import umsgpack
 from PIL import Image, ImageDraw, ImageFilter, ImageFont
 
-from .commands import TYPED
-from .environment import CAMERA, LAMPS
+from book.publish import scenes
+from omx.display.viewer.commands import TYPED
+from omx.display.viewer.environment import CAMERA, LAMPS
 
 #: Drawn this many times larger, then made smaller: smooth edges.
 FINE = 2
@@ -94,6 +96,13 @@ class Sheet:
     def put(self, cells, colours, opacity) -> None:
         """Lay colours over what is there; `opacity` is one number, or one a cell (n, 1)."""
         self.colour[cells] += opacity * (colours - self.colour[cells])
+
+
+def with_poster(told: dict) -> dict:
+    """What a cell told of a scene (`SCENE`), with its picture, base64; of a live figure, as it is."""
+    if "log" not in told:
+        return told
+    return {**told, "poster": base64.b64encode(poster(scenes.from_text(told["log"]), told["height"])).decode()}
 
 
 def poster(log: dict, height: int, width: int = WIDTH) -> bytes:

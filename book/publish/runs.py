@@ -1,9 +1,8 @@
 """The chapters with their outputs, run once for the site and the slides together.
 
 A run is kept in build/executed and used again while the chapter's code, `omx` and environment.txt stay as they
-are; prose may change freely. Scenes and panels come out as HTML (OMX_VIEW=shared), and what a chapter generates
-goes to build/executed, not into `omx`. What several scenes hold (the arm, light, ground: `stock`) is taken out of
-them, for the site's script to hold once.
+are; prose may change freely. Scenes and panels come out as data (OMX_VIEW=data), and what a chapter generates goes
+to build/executed, not into `omx`. What several scenes hold (the arm, light, ground) is gathered in one `stock`.
 """
 
 import base64
@@ -12,7 +11,6 @@ import hashlib
 import io
 import json
 import os
-import re
 import shutil
 import time
 from collections import Counter
@@ -22,14 +20,15 @@ from PIL import Image
 
 from book.chapters import execute, normalise
 from book.chapters.cells import tags
+from book.publish import scenes
+from book.publish.poster import with_poster
 from book.setup.paths import ENVIRONMENT, NOTEBOOKS, ROOT, Stop
-from omx.display.viewer.html_export import packed_objects, unpacked_objects
+from omx.display.viewer.html_export import as_text
 
 FOLDER = ROOT / "build" / "executed"
 AT_ONCE = 2
 #: The tag of a cell whose text no test compares.
 VARIES = "nbval-ignore-output"
-OBJECTS = re.compile(r'(data-objects=)(\\?")([^"\\]*)')
 
 
 def chapters():
@@ -57,10 +56,10 @@ def run(path, package, folder):
 
 
 def variables(path, folder=FOLDER):
-    """What a chapter's kernel finds in its environment: scenes as HTML, an empty folder for what it generates."""
+    """What a chapter's kernel finds in its environment: scenes as data, an empty folder for what it generates."""
     shutil.rmtree(generated(path, folder), ignore_errors=True)
     generated(path, folder).mkdir(parents=True)
-    return {"OMX_VIEW": "shared", "OMX_GENERATED": str(generated(path, folder)), "PYTHONHASHSEED": "0"}
+    return {"OMX_VIEW": "data", "OMX_GENERATED": str(generated(path, folder)), "PYTHONHASHSEED": "0"}
 
 
 def generated(path, folder=FOLDER):
@@ -69,15 +68,17 @@ def generated(path, folder=FOLDER):
 
 
 def keep(path, notebook, package=None, folder=FOLDER):
-    """Store a run (a NotebookNode with outputs): streams joined, pictures made small."""
+    """Store a run (a NotebookNode with outputs): streams joined, pictures made small, scenes drawn for paper."""
     for cell in notebook.cells:
         if cell.cell_type == "code":
             cell.outputs = normalise.join_streams(cell.outputs)
-            for output in cell.outputs:
-                if "image/png" in output.get("data", {}):
-                    output["data"]["image/png"] = slim(output["data"]["image/png"])
+            for data in (output.get("data", {}) for output in cell.outputs):
+                if "image/png" in data:
+                    data["image/png"] = slim(data["image/png"])
+                if scenes.SCENE in data:
+                    data[scenes.SCENE] = with_poster(data[scenes.SCENE])
     notebook.metadata["omx_key"] = key(path, package or fingerprint_of_package())
-    kept(path, folder).write_text(json.dumps(notebook, indent=1), encoding="utf-8")
+    kept(path, folder).write_text(json.dumps(notebook), encoding="utf-8")
 
 
 def slim(png):
@@ -92,36 +93,26 @@ def gather(folder=FOLDER):
     """Keep what two scenes or more hold, as one stock."""
     held, users = {}, Counter()
     for path in filter(Path.exists, (kept(path, folder) for path in chapters())):
-        for found in OBJECTS.finditer(path.read_text(encoding="utf-8")):
-            objects = unpacked_objects(found[3])
-            held |= objects
-            users.update(objects.keys())
-    common = {name: held[name] for name in sorted(held) if users[name] > 1}
-    text = packed_objects(common)
+        for cell in normalise.read(path)["cells"]:
+            for output in cell.get("outputs", ()):
+                objects = scenes.objects(output.get("data", {}).get(scenes.SCENE, {}))
+                held |= objects
+                users.update(objects.keys())
+    text = as_text({name: held[name] for name in sorted(held) if users[name] > 1})
     if not stock_of(folder).exists() or stock_of(folder).read_text(encoding="ascii") != text:
         stock_of(folder).write_text(text, encoding="ascii")  # all pages are written anew
 
 
 def stock(folder=FOLDER):
-    """The objects by name that several scenes of the book hold; none before a run."""
+    """The objects that several scenes of the book hold, by their keys; none before a run."""
     path = stock_of(folder)
-    return unpacked_objects(path.read_text(encoding="ascii")) if path.exists() else {}
-
-
-def thinned(text, common):
-    """HTML (or JSON with HTML inside) whose scenes leave out what is in the stock `common`."""
-
-    def thin(found):
-        own = {name: data for name, data in unpacked_objects(found[3]).items() if name not in common}
-        return found[1] + found[2] + packed_objects(own)
-
-    return OBJECTS.sub(thin, text)
+    return scenes.from_text(path.read_text(encoding="ascii")) if path.exists() else {}
 
 
 def merged(path, folder=FOLDER):
-    """The chapter as it is written now (parsed JSON), with the outputs of its kept run. Raises `Stop`.
+    """The chapter as it is written now (parsed JSON), with the outputs of its kept run, scenes as HTML. Raises `Stop`.
 
-    Its scenes leave out what is in the stock. Text that comes out otherwise in every run (timings, say) is the one that
+    They leave out what is in the stock. Text that comes out otherwise in every run (timings, say) is the one that
     is stored in the notebook: the same commit makes the same pages.
     """
     notebook, done = normalise.read(path), normalise.read(kept(path, folder))
@@ -132,7 +123,7 @@ def merged(path, folder=FOLDER):
     for cell, run_before in zip(here, there, strict=True):
         stored = iter(cell["outputs"] if VARIES in tags(cell) else ())
         shown = [out if normalise.is_picture(out) else next(stored, out) for out in run_before["outputs"]]
-        cell["outputs"] = json.loads(thinned(json.dumps(shown), common))
+        cell["outputs"] = list(scenes.as_html(shown, common))
     return notebook
 
 
@@ -163,9 +154,9 @@ def key_of_run(path):
 
 
 def fingerprint_of_package():
-    """A hash of environment.txt and of every file of `omx`."""
+    """A hash of environment.txt, of every file of `omx`, and of what draws a scene for paper."""
     files = [p for p in sorted((ROOT / "omx").rglob("*")) if p.is_file() and "__pycache__" not in p.parts]
     digest = hashlib.sha256(ENVIRONMENT.read_bytes())
-    for path in files:
+    for path in (*files, ROOT / "book/publish/poster.py"):
         digest.update(str(Path(path).relative_to(ROOT)).encode() + path.read_bytes())
     return digest.hexdigest()
