@@ -42,6 +42,7 @@ class Table:
     def __init__(self):
         self._values: dict[str, int] = {}
         self._memory = bytearray(TABLE_SIZE)
+        self.written = True  # until whoever works by the registers has seen it
         for row in REGISTERS.values():
             self.put(row.name, row.default)
 
@@ -50,7 +51,7 @@ class Table:
 
     def put(self, name: str, value: int):
         """Set a register, without asking whether that is allowed."""
-        self._values[name] = value
+        self._values[name], self.written = value, True
         self.show(name, value)
 
     def show(self, name: str, value: int):

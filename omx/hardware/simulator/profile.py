@@ -36,11 +36,11 @@ class Trajectory(NamedTuple):
         """Set-point and its speed at `time`."""
         if time >= self.end or not self.pieces:
             return self.goal, 0.0
-        for piece in reversed(self.pieces):
-            if time >= piece.start:
+        for start, position, speed, acceleration in reversed(self.pieces):
+            if time >= start:
                 break
-        t = time - piece.start
-        return piece.position + (piece.speed + 0.5 * piece.acceleration * t) * t, piece.speed + piece.acceleration * t
+        t = time - start
+        return position + (speed + 0.5 * acceleration * t) * t, speed + acceleration * t
 
 
 def step(now: float, goal: float) -> Trajectory:

@@ -1,13 +1,13 @@
 """One XM430-W350: what its registers do to its motor, and what its motor does to its registers."""
 
-from math import degrees, expm1, inf
+from math import degrees, expm1
 
 from ...arm import MODEL, STALL_TORQUE, SUPPLY_VOLTS, TICKS_PER_TURN, ZERO_TICK
 from ..dynamixel import registers as reg
 from ..dynamixel import units
 from . import profile
 from .control_table import Effect, Table
-from .controller import FULL_PWM, POSITION_MODES, Controller
+from .controller import FULL_PWM, POSITION_MODES, Controller, Settings
 from .joint import COAST, DAMPING, Drive, Encoder, Joint
 
 REBOOT_S = 0.35
@@ -17,7 +17,7 @@ _TICK = units.ANGLE.scale
 _SPEED = units.VELOCITY.scale / _TICK  # ticks/s a unit of velocity
 _ACCELERATION = units.ACCELERATION.scale / _TICK  # ticks/s^2 a unit of acceleration
 _ARRIVED, _LOST = 20, 100  # ticks of error: "in position" below, "following error" above
-_QUARTER_TURN = TICKS_PER_TURN // 4
+_VOLT = units.VOLTAGE.scale
 _MOMENT_S = 0.002  # the noise of the encoder changes this often
 
 
@@ -40,6 +40,7 @@ class Servo:
         self.been_on = False  # whether its torque has ever been on
         self.mount = 0.0  # rad by which the horn was screwed on wrong
         self._controller = Controller()
+        self._settings = Settings(self.table)
         self._store: dict[str, int] = {}
         self._turns = self._stalled_s = 0
         self._changed = True  # until the controller has seen it
@@ -56,8 +57,15 @@ class Servo:
         return self.table["id"]
 
     @property
+    def settings(self) -> Settings:
+        """What its registers come to."""
+        if self.table.written:
+            self._settings, self.table.written = Settings(self.table), False
+        return self._settings
+
+    @property
     def torque_on(self) -> bool:
-        return bool(self.table["torque_enable"])
+        return self.settings.torque_on
 
     @property
     def baud(self) -> int:
@@ -82,49 +90,38 @@ class Servo:
     # ---- positions: rad at the joint, ticks in the registers ----
 
     @property
-    def sign(self) -> int:
-        """-1 in reverse mode: then all that has a direction is mirrored in the registers."""
-        return -1 if self.table["drive_mode"] & reg.DRIVE_REVERSE else 1
-
-    @property
-    def _offset(self) -> int:
-        """The homing offset as far as it counts: in position mode only up to a quarter turn."""
-        offset = self.table["homing_offset"]
-        ignored = self.table["operating_mode"] == reg.MODES["position"] and abs(offset) > _QUARTER_TURN
-        return 0 if ignored else offset
-
-    @property
     def _zero(self) -> float:
         """The tick at which the joint is at 0 rad."""
-        return ZERO_TICK + self.sign * self.mount / _TICK + self._offset + TICKS_PER_TURN * self._turns
+        settings = self.settings
+        return ZERO_TICK + settings.sign * self.mount / _TICK + settings.offset + TICKS_PER_TURN * self._turns
 
     def present(self) -> int:
         """The position (ticks) at the joint's last step, without noise."""
         return round(self._ticks(self.joint.angle))
 
     def _ticks(self, angle: float) -> float:
-        return self._zero + self.sign * self.encoder.reads(angle) / _TICK
+        return self._zero + self.settings.sign * self.encoder.reads(angle) / _TICK
 
     def wrap(self):
         """Forget whole turns, as at power-on and at torque-on in position mode."""
         self._turns = 0
-        self._turns = -((self.present() - self._offset) // TICKS_PER_TURN)
+        self._turns = -((self.present() - self.settings.offset) // TICKS_PER_TURN)
 
     def angle_at(self, ticks: float) -> float:
         """The joint angle (rad) at which the position register reads `ticks`."""
-        return self.encoder.angle((ticks - self._zero) * self.sign * _TICK)
+        return self.encoder.angle((ticks - self._zero) * self.settings.sign * _TICK)
 
     # ---- what the motor is told ----
 
     def drive(self, now: float, dt: float) -> Drive:
         """What the motor is told for the next `dt` s."""
-        self._changed = False
-        if not (self.torque_on and self.powered):
+        self._changed, settings = False, self.settings
+        if not (settings.torque_on and self.powered):
             return COAST
         position, speed = self._set_point(now)
-        goal = self.angle_at(position), self.sign * units.ANGLE.value(speed)
         full = STALL_TORQUE * self.volts / SUPPLY_VOLTS
-        return self._controller.drive(self.table, full, self.sign, self.joint.angle, goal, dt)
+        goal = self.angle_at(position), settings.sign * speed * _TICK
+        return self._controller.drive(settings, full, self.joint.angle, *goal, dt)
 
     def _set_point(self, now: float) -> tuple[float, float]:
         """Where the set-point is and how fast it moves (ticks, ticks/s): where the joint is, if there is none."""
@@ -137,16 +134,16 @@ class Servo:
     @property
     def velocity(self) -> int:
         """Present velocity, in the register's units."""
-        return units.VELOCITY.raw(self.sign * self.joint.speed)
+        return units.VELOCITY.raw(self.settings.sign * self.joint.speed)
 
     def moving(self, now: float) -> bool:
         """What the register `moving` says: the set-point runs, or the joint is faster than the threshold."""
         return self.running(now) or abs(self.velocity) > self.table["moving_threshold"]
 
-    def settled(self, now: float) -> bool:
-        """True if nothing changes until the next command: the motor stands and no counter runs."""
-        busy = self._changed or self.joint.speed or self._controller.gathering or self._stalled_s
-        return not (busy or self.running(now))
+    def busy(self, now: float) -> bool:
+        """False if nothing changes until the next command: the motor stands and no counter runs."""
+        moves = self._changed or self.joint.speed or self._controller.gathering or self._stalled_s
+        return bool(moves or self.running(now))
 
     def disturb(self):
         """Something has changed from outside: the joint may move although it stood."""
@@ -156,25 +153,24 @@ class Servo:
 
     def live(self, now: float, dt: float, look: bool):
         """`dt` seconds have passed, it is `now`; `look` says that it is time to look at the thermometer."""
-        self._stepped = now
-        amps = self.joint.current / 1000
+        self._stepped, joint = now, self.joint
+        amps = joint.current / 1000
         warmth = AMBIENT + HEATING * amps * amps
         self.temperature += (warmth - self.temperature) * -expm1(-dt / COOLING_S)
-        stalled = abs(self.joint.effort) > OVERLOAD_TORQUE
-        self._stalled_s = self._stalled_s + dt if stalled else 0
+        self._stalled_s = self._stalled_s + dt if abs(joint.effort) > OVERLOAD_TORQUE else 0
         if self.awake(now):
-            if self._starting:
-                self.start(now)
             self._inspect(now, look)
 
     def _inspect(self, now: float, look: bool):
-        """Notice what is wrong: too long a stall, too hot, a wrong voltage, silence on the bus."""
-        table = self.table
+        """Start, if that is due, and notice what is wrong: a long stall, heat, a wrong voltage, silence on the bus."""
+        if self._starting:
+            self.start(now)
         if self._stalled_s > OVERLOAD_S:
             self.fail(reg.OVERLOAD)
-        if look and self.temperature > table["temperature_limit"]:
+        if look and self.temperature > self.table["temperature_limit"]:
             self.fail(reg.OVERHEATED)
-        if not table["min_voltage_limit"] <= units.VOLTAGE.raw(self.volts) <= table["max_voltage_limit"]:
+        fewest, most = self.settings.voltages
+        if not fewest <= round(self.volts / _VOLT) <= most:
             self.fail(reg.VOLTAGE)
         if now >= self._watchdog_at:
             self._trip(now)
@@ -182,9 +178,7 @@ class Servo:
     @property
     def _watchdog_at(self) -> float:
         """When the watchdog trips if nothing is heard until then; never if it is not armed."""
-        watchdog = self.table["bus_watchdog"]
-        armed = 0 < watchdog < reg.WATCHDOG_TRIPPED and self.torque_on
-        return self._heard + units.WATCHDOG.value(watchdog) if armed else inf
+        return self._heard + self.settings.patience
 
     @property
     def deadline(self) -> float:
@@ -335,7 +329,7 @@ class Servo:
 
     def _position(self, now: float) -> int:
         angle = self.joint.angle + self.joint.speed * (now - self._stepped)
-        noise = self.sign * self.encoder.jitter(self.id, round(now / _MOMENT_S)) / _TICK
+        noise = self.settings.sign * self.encoder.jitter(self.id, round(now / _MOMENT_S)) / _TICK
         return round(self._ticks(angle) + noise)
 
     def _aim(self, now: float) -> int:
@@ -347,7 +341,7 @@ class Servo:
         if not self.torque_on:
             return 0
         duty = (self.joint.effort + DAMPING * self.joint.speed) / (STALL_TORQUE * self.volts / SUPPLY_VOLTS)
-        return round(self.sign * min(max(duty, -1), 1) * FULL_PWM)
+        return round(self.settings.sign * min(max(duty, -1), 1) * FULL_PWM)
 
     def _status(self, now: float) -> int:
         running, error = self.running(now), abs(self._aim(now) - self._position(now))
@@ -361,7 +355,7 @@ _LIVE = {
     "moving": Servo.moving,
     "moving_status": Servo._status,
     "present_pwm": Servo._duty,
-    "present_current": lambda servo, now: units.CURRENT.raw(servo.sign * servo.joint.current),
+    "present_current": lambda servo, now: units.CURRENT.raw(servo.settings.sign * servo.joint.current),
     "present_velocity": lambda servo, now: servo.velocity,
     "present_position": Servo._position,
     "velocity_trajectory": lambda servo, now: round(servo._set_point(now)[1] / _SPEED),
