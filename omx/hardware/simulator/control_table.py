@@ -4,6 +4,7 @@ The rules see the table only. What a write does to the servo itself comes back a
 """
 
 from enum import Enum, auto
+from functools import lru_cache
 
 from ..dynamixel import packet as pk
 from ..dynamixel import registers as reg
@@ -15,7 +16,7 @@ _INDIRECT = {
     for row in REGISTERS.values()
     if row.name.startswith("indirect_data")
 }
-_FIRST_INDIRECT = min(_INDIRECT)
+FIRST_INDIRECT = min(_INDIRECT)
 _GOALS = ("goal_pwm", "goal_current", "goal_velocity", "goal_position")
 _WATCHDOG_FIRMWARE, _STARTUP_FIRMWARE = 38, 45
 
@@ -36,35 +37,26 @@ class Refusal(Exception):
         super().__init__(pk.STATUS_ERRORS[code])
 
 
-class Table:
+class Table(dict[str, int]):
     """The registers of one servo: `table[name]` for what was written, `read` for everything, as bytes."""
 
+    __slots__ = ("_memory", "written")
+
     def __init__(self):
-        self._values: dict[str, int] = {}
+        super().__init__()
         self._memory = bytearray(TABLE_SIZE)
         self.written = True  # until whoever works by the registers has seen it
         for row in REGISTERS.values():
             self.put(row.name, row.default)
 
-    def __getitem__(self, name: str) -> int:
-        return self._values[name]
-
     def put(self, name: str, value: int):
         """Set a register, without asking whether that is allowed."""
-        self._values[name], self.written = value, True
-        self.show(name, value)
+        self[name], self.written = value, True
+        self.show(REGISTERS[name], value)
 
-    def show(self, name: str, value: int):
-        """What the register `name`, which reports the present, reads from now on; `table[name]` does not know it."""
-        row = REGISTERS[name]
+    def show(self, row: Register, value: int):
+        """What `row`, which reports the present, reads from now on; `table[name]` does not know it."""
         self._memory[row.address : row.end] = (value % (1 << 8 * row.size)).to_bytes(row.size, "little")
-
-    def shown(self, names, address: int, length: int) -> list[str]:
-        """Which of the registers `names` show in `length` bytes from `address`: all, if those stand for others."""
-        end = address + length
-        if end > _FIRST_INDIRECT:
-            return list(names)
-        return [name for name in names if REGISTERS[name].address < end and REGISTERS[name].end > address]
 
     def restore(self, keep=lambda row: False):
         """Put the factory's value into every writable register that `keep` does not name."""
@@ -79,29 +71,22 @@ class Table:
             raise Refusal(pk.DATA_LENGTH)
         if end > TABLE_SIZE or not any(at(a) for a in range(address, end)):
             raise Refusal(pk.ACCESS)
-        if end <= _FIRST_INDIRECT:
+        if end <= FIRST_INDIRECT:
             return bytes(self._memory[address:end])
         return bytes(self._memory[self._target(a)] for a in range(address, end))
 
     def _target(self, address: int) -> int:
         name = _INDIRECT.get(address)
-        return self._values[name] if name else address
+        return self[name] if name else address
 
     def changes(self, address: int, data: bytes) -> list[tuple[Register, int]]:
         """The registers that writing `data` at `address` sets, with their new values; whole registers only."""
         if not data:
             raise Refusal(pk.DATA_LENGTH)
-        new = {self._target(address + i): byte for i, byte in enumerate(data)}
-        rows = dict.fromkeys(at(target) for target in sorted(new))
-        if None in rows:
-            raise Refusal(pk.ACCESS)
-        changes = []
-        for row in rows:
-            whole = [new.get(a) for a in range(row.address, row.end)]
-            if None in whole:
-                raise Refusal(pk.DATA_LENGTH)
-            changes.append((row, row.decode(bytes(whole))))
-        return changes
+        targets = range(address, address + len(data))
+        if targets.stop > FIRST_INDIRECT:
+            targets = tuple(map(self._target, targets))
+        return [(row, row.decode(bytes([data[i] for i in places]))) for row, places in _whole(targets)]
 
     # ---- the rules ----
 
@@ -177,3 +162,15 @@ class Table:
             self.put("torque_enable", 1)
             return self._torque(planned)
         return []
+
+
+@lru_cache
+def _whole(targets) -> list[tuple[Register, list[int]]]:
+    """The registers whose bytes the addresses `targets` are, and where among them each has its own."""
+    places = {target: i for i, target in enumerate(targets)}
+    rows = dict.fromkeys(at(target) for target in sorted(places))
+    if None in rows:
+        raise Refusal(pk.ACCESS)
+    if not all(a in places for row in rows for a in range(row.address, row.end)):
+        raise Refusal(pk.DATA_LENGTH)
+    return [(row, [places[a] for a in range(row.address, row.end)]) for row in rows]

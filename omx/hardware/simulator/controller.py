@@ -2,7 +2,7 @@
 
 from math import inf
 
-from ...arm import STIFFNESS, TICKS_PER_TURN, TORQUE_PER_MA
+from ...arm import STIFFNESS, TICKS_PER_TURN, TORQUE_PER_MA, ZERO_TICK
 from ..dynamixel import registers as reg
 from ..dynamixel import units
 from ..dynamixel.registers import MODES
@@ -16,15 +16,20 @@ _QUARTER_TURN = TICKS_PER_TURN // 4
 
 
 class Settings:
-    """What the registers of `table` come to in Nm, rad and s: worked out after a write, looked at in every step."""
+    """What the registers of `table` come to in Nm, rad and s: worked out after a write, looked at in every step.
 
-    def __init__(self, table: Table):
+    `mount`: by how much (rad) the horn was screwed on wrong; `turns`: the whole turns that the servo has counted.
+    """
+
+    def __init__(self, table: Table, mount: float, turns: int):
         self.torque_on = bool(table["torque_enable"])
         self.mode, offset = table["operating_mode"], table["homing_offset"]
         #: -1 in reverse mode: then all that has a direction is mirrored in the registers.
         self.sign = -1 if table["drive_mode"] & reg.DRIVE_REVERSE else 1
         #: The homing offset (ticks) as far as it counts: in position mode only up to a quarter turn.
         self.offset = 0 if self.mode == MODES["position"] and abs(offset) > _QUARTER_TURN else offset
+        #: The tick at which the joint is at 0 rad.
+        self.zero = ZERO_TICK + self.sign * mount / units.ANGLE.scale + self.offset + TICKS_PER_TURN * turns
         self.goal_pwm = table["goal_pwm"]
         self.most_pwm = min(abs(self.goal_pwm), table["pwm_limit"])
         self.push = units.CURRENT.value(table["goal_current"]) * TORQUE_PER_MA

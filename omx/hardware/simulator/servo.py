@@ -1,12 +1,14 @@
 """One XM430-W350: what its registers do to its motor, and what its motor does to its registers."""
 
+from collections.abc import Callable
+from functools import lru_cache
 from math import degrees, expm1
 
-from ...arm import MODEL, STALL_TORQUE, SUPPLY_VOLTS, TICKS_PER_TURN, ZERO_TICK
+from ...arm import MODEL, STALL_TORQUE, SUPPLY_VOLTS, TICKS_PER_TURN
 from ..dynamixel import registers as reg
 from ..dynamixel import units
 from . import profile
-from .control_table import Effect, Table
+from .control_table import FIRST_INDIRECT, Effect, Table
 from .controller import FULL_PWM, POSITION_MODES, Controller, Settings
 from .joint import COAST, DAMPING, Drive, Encoder, Joint
 
@@ -38,11 +40,10 @@ class Servo:
         self.volts = SUPPLY_VOLTS
         self.powered = True
         self.been_on = False  # whether its torque has ever been on
-        self.mount = 0.0  # rad by which the horn was screwed on wrong
         self._controller = Controller()
-        self._settings = Settings(self.table)
         self._store: dict[str, int] = {}
-        self._turns = self._stalled_s = 0
+        self._mount = self._stalled_s = 0.0
+        self._turns = 0
         self._changed = True  # until the controller has seen it
         self._stepped = 0.0  # the time that the joint's angle belongs to
         self._asleep_until = self._booted = self._heard = 0.0
@@ -60,8 +61,17 @@ class Servo:
     def settings(self) -> Settings:
         """What its registers come to."""
         if self.table.written:
-            self._settings, self.table.written = Settings(self.table), False
+            self._settings, self.table.written = Settings(self.table, self._mount, self._turns), False
         return self._settings
+
+    @property
+    def mount(self) -> float:
+        """By how much (rad) the horn was screwed on wrong."""
+        return self._mount
+
+    @mount.setter
+    def mount(self, angle: float):
+        self._mount, self.table.written = angle, True
 
     @property
     def torque_on(self) -> bool:
@@ -77,7 +87,7 @@ class Servo:
 
     def hears(self, now: float, baud: int | None, protocol: int = 2) -> bool:
         """Whether it understands a packet at this rate, None being a line without one."""
-        return self.awake(now) and baud in (None, self.baud) and self.table["protocol_type"] == protocol
+        return self.table["protocol_type"] == protocol and self.awake(now) and baud in (None, self.baud)
 
     def listens_to(self, packet_id: int) -> bool:
         """Whether a packet with this id is for this servo: its id or its secondary id."""
@@ -89,27 +99,23 @@ class Servo:
 
     # ---- positions: rad at the joint, ticks in the registers ----
 
-    @property
-    def _zero(self) -> float:
-        """The tick at which the joint is at 0 rad."""
-        settings = self.settings
-        return ZERO_TICK + settings.sign * self.mount / _TICK + settings.offset + TICKS_PER_TURN * self._turns
-
     def present(self) -> int:
         """The position (ticks) at the joint's last step, without noise."""
         return round(self._ticks(self.joint.angle))
 
     def _ticks(self, angle: float) -> float:
-        return self._zero + self.settings.sign * self.encoder.reads(angle) / _TICK
+        settings = self.settings
+        return settings.zero + settings.sign * self.encoder.reads(angle) / _TICK
 
     def wrap(self):
         """Forget whole turns, as at power-on and at torque-on in position mode."""
-        self._turns = 0
-        self._turns = -((self.present() - self.settings.offset) // TICKS_PER_TURN)
+        turns = (self.present() - self.settings.offset) // TICKS_PER_TURN
+        self._turns, self.table.written = self._turns - turns, True
 
     def angle_at(self, ticks: float) -> float:
         """The joint angle (rad) at which the position register reads `ticks`."""
-        return self.encoder.angle((ticks - self._zero) * self.settings.sign * _TICK)
+        settings = self.settings
+        return self.encoder.angle((ticks - settings.zero) * settings.sign * _TICK)
 
     # ---- what the motor is told ----
 
@@ -129,7 +135,7 @@ class Servo:
 
     def running(self, now: float) -> bool:
         """True while the set-point still moves, or speeds up or slows down."""
-        return self.torque_on and self.trajectory is not None and now < self.trajectory.steady_from
+        return self.trajectory is not None and now < self.trajectory.steady_from
 
     @property
     def velocity(self) -> int:
@@ -277,8 +283,8 @@ class Servo:
 
     def read(self, address: int, length: int, now: float) -> bytes:
         """Bytes of the control table as they are now."""
-        for name in self.table.shown(_LIVE, address, length):
-            self.table.show(name, _LIVE[name](self, now))
+        for row, reads in _live(address, length):
+            self.table.show(row, reads(self, now))
         return self.table.read(address, length)
 
     def check(self, address: int, data: bytes) -> list[tuple[reg.Register, int]]:
@@ -363,3 +369,11 @@ _LIVE = {
     "present_voltage": lambda servo, now: units.VOLTAGE.raw(servo.volts),
     "present_temperature": lambda servo, now: round(servo.temperature),
 }
+
+
+@lru_cache
+def _live(address: int, length: int) -> list[tuple[reg.Register, Callable[[Servo, float], int]]]:
+    """Those of them that show in `length` bytes from `address`: all, if those stand for others."""
+    end = address + length
+    rows = [(reg.REGISTERS[name], reads) for name, reads in _LIVE.items()]
+    return [(row, reads) for row, reads in rows if end > FIRST_INDIRECT or (row.address < end and row.end > address)]

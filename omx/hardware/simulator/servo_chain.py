@@ -68,16 +68,18 @@ def _bulk_read(packet, servos, now) -> list[Frame]:
 def _read_group(packet, servos, now, wanted) -> list[Frame]:
     """Each servo answers after the one before it in the list; after a missing one the rest stay silent."""
     fast = packet.instruction in _FAST
-    frames, parts = [], []
+    frames, parts, able = [], [], {}
+    for servo in servos:
+        if _able(servo, fast):
+            able.setdefault(servo.id, []).append(servo)
     for servo_id, address, length in wanted:
-        able = [s for s in servos if s.id == servo_id and _able(s, fast)]
-        if not able:
+        if servo_id not in able:
             break
         request = pk.Packet(servo_id, Do.READ, pk.words(address, length))
-        answers = [obey(servo, request, now) for servo in able]
-        frames += _collide([_status(s, servo_id, *a) for s, a in zip(able, answers, strict=True)])
+        answers = [obey(servo, request, now) for servo in able[servo_id]]
+        frames += _collide([_status(s, servo_id, *a) for s, a in zip(able[servo_id], answers, strict=True)])
         error, data = answers[0]
-        parts.append((servo_id, error | _alert(able[0]), data.ljust(length, b"\0")))
+        parts.append((servo_id, error | _alert(able[servo_id][0]), data.ljust(length, b"\0")))
     if not fast or not parts:
         return frames
     whole = 1 + sum(4 + length for _, _, length in wanted)
