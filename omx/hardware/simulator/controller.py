@@ -33,7 +33,10 @@ class Settings:
         self.goal_pwm = table["goal_pwm"]
         self.most_pwm = min(abs(self.goal_pwm), table["pwm_limit"])
         self.push = units.CURRENT.value(table["goal_current"]) * TORQUE_PER_MA
-        self.stiffness = STIFFNESS * table["position_p_gain"] / _P_GAIN
+        #: What is asked of the motor; what changes in it from step to step the controller fills in.
+        self.drive = Drive()
+        if self.mode in POSITION_MODES:
+            self.drive.stiffness = STIFFNESS * table["position_p_gain"] / _P_GAIN
         #: Nm that the integral gain gathers in a second for each rad: the manual has P / 128 and I / 65536 every ms.
         self.gathers = STIFFNESS / _P_GAIN * 128 * table["position_i_gain"] / 65536 * 1000
         self.voltages = table["min_voltage_limit"], table["max_voltage_limit"]
@@ -59,19 +62,22 @@ class Controller:
         `full`: the torque (Nm) that the supply allows. `at`: where the joint is (rad). `target`, `speed`: angle and
         speed (rad, rad/s) of the set-point.
         """
-        mode = asked.mode
-        limit = voltage = full * asked.most_pwm / FULL_PWM
+        mode, drive = asked.mode, asked.drive
+        drive.limit = full * asked.most_pwm / FULL_PWM
         if mode in POSITION_MODES:
+            drive.full = drive.limit
             if mode == MODES["current_position"]:
-                limit = min(limit, abs(asked.push))
+                drive.limit = min(drive.limit, abs(asked.push))
             if asked.gathers or self.gathering:
-                self._gather(asked.gathers, target - at, limit, dt)
-            return Drive(limit, self._integral, asked.stiffness, target, full=voltage)
-        if mode == MODES["pwm"]:
-            return Drive(full, asked.sign * full * asked.goal_pwm / FULL_PWM)
-        if mode == MODES["current"]:
-            return Drive(limit, asked.sign * asked.push)
-        return Drive(limit, speed=speed)
+                self._gather(asked.gathers, target - at, drive.limit, dt)
+            drive.torque, drive.target = self._integral, target
+        elif mode == MODES["pwm"]:
+            drive.limit, drive.torque = full, asked.sign * full * asked.goal_pwm / FULL_PWM
+        elif mode == MODES["current"]:
+            drive.torque = asked.sign * asked.push
+        else:
+            drive.speed = speed
+        return drive
 
     def _gather(self, rate: float, error: float, limit: float, dt: float):
         """The servo sees whole ticks: an error below half of one is none, and there the joint comes to rest."""

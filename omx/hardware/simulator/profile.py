@@ -36,9 +36,10 @@ class Trajectory(NamedTuple):
         """Set-point and its speed at `time`."""
         if time >= self.end or not self.pieces:
             return self.goal, 0.0
-        for start, position, speed, acceleration in reversed(self.pieces):
-            if time >= start:
+        for piece in reversed(self.pieces):
+            if time >= piece.start:
                 break
+        start, position, speed, acceleration = piece
         t = time - start
         return position + (speed + 0.5 * acceleration * t) * t, speed + acceleration * t
 
