@@ -16,6 +16,7 @@ BROADCAST = 0xFE
 MAX_ID = 0xFC
 #: Longest packet that is believed: the limit of the servo's buffer.
 MAX_LENGTH = 1024
+_WORD = struct.Struct("<H")
 _PATTERN, _STUFFED = b"\xff\xff\xfd", b"\xff\xff\xfd\xfd"
 
 
@@ -107,7 +108,7 @@ def word(data: bytes, start: int = 0) -> int:
 
 def words(*values: int) -> bytes:
     """Each value as two bytes, low byte first."""
-    return struct.pack(f"<{len(values)}H", *values)
+    return b"".join(map(_WORD.pack, values))
 
 
 def stuff(body: bytes) -> bytes:

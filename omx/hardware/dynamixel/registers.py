@@ -4,7 +4,10 @@ A servo is a table of numbers: reading and writing its addresses is all there is
 servo use the same rows. Values here are raw integers; `units.py` turns them into rad, mA, V and s.
 """
 
+import struct
+from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import cached_property
 from itertools import pairwise
 from operator import index
 from typing import NamedTuple
@@ -189,7 +192,8 @@ def within(address: int, length: int) -> list[Register]:
     return [row for row in rows if row.address >= address and row.end <= address + length]
 
 
-class Block(NamedTuple):
+@dataclass(frozen=True)
+class Block:
     """Neighbouring registers read in one piece."""
 
     registers: tuple[Register, ...]
@@ -210,8 +214,12 @@ class Block(NamedTuple):
 
     def decode(self, data: bytes) -> tuple[int, ...]:
         """One integer a register, from the `size` bytes of the block."""
-        start = self.address
-        return tuple(row.decode(data[row.address - start : row.end - start]) for row in self.registers)
+        return self._layout.unpack(data)
+
+    @cached_property
+    def _layout(self) -> struct.Struct:
+        codes = {1: "b", 2: "h", 4: "i"}
+        return struct.Struct("<" + "".join(codes[r.size] if r.signed else codes[r.size].upper() for r in self.registers))
 
 
 def block(*names: str) -> Block:
