@@ -218,8 +218,8 @@ class Block:
 
     @cached_property
     def _layout(self) -> struct.Struct:
-        codes = {1: "b", 2: "h", 4: "i"}
-        return struct.Struct("<" + "".join(codes[r.size] if r.signed else codes[r.size].upper() for r in self.registers))
+        letters = ["_bh_i"[row.size] if row.signed else "_BH_I"[row.size] for row in self.registers]
+        return struct.Struct("<" + "".join(letters))
 
 
 def block(*names: str) -> Block:
