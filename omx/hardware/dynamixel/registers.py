@@ -156,13 +156,16 @@ WATCHDOG_TRIPPED = 255
 STARTUP_TORQUE_ON, STARTUP_RESTORE_RAM = 1, 2
 #: Bits of hardware_error (register 70) and of the shutdown mask (register 63).
 VOLTAGE, OVERHEATED, ENCODER, SHOCK, OVERLOAD = 0x01, 0x04, 0x08, 0x10, 0x20
+#: What each of them is called, and what brings it about.
 HARDWARE_ERRORS = {
-    VOLTAGE: "input voltage out of range",
-    OVERHEATED: "overheated",
-    ENCODER: "encoder fault",
-    SHOCK: "electrical shock or too little power",
-    OVERLOAD: "overload",
-}
+    VOLTAGE: ("input voltage out of range",
+              "its voltage was outside 9.5 .. 16 V: a weak supply, or all joints pushing at once"),
+    OVERHEATED: ("overheated", "it got hotter than its limit, 80 degrees C"),
+    ENCODER: ("encoder fault", "its encoder cannot be read: a knock, or a broken servo"),
+    SHOCK: ("electrical shock or too little power", "an electrical shock, or too little power for its motor"),
+    OVERLOAD: ("overload",
+               "it pushed hard for longer than it can: something blocks the joint, or the load is above 500 g"),
+}  # fmt: skip
 #: The control loops' gains: a backup keeps them, a new mode resets them.
 GAINS = (
     "velocity_i_gain", "velocity_p_gain", "position_d_gain", "position_i_gain", "position_p_gain",
@@ -236,4 +239,4 @@ PRESENT = block("present_current", "present_velocity", "present_position")
 
 def hardware_errors(bits: int) -> list[str]:
     """In words what the bits of register 70 say."""
-    return [text for bit, text in HARDWARE_ERRORS.items() if bits & bit]
+    return [name for bit, (name, _) in HARDWARE_ERRORS.items() if bits & bit]
