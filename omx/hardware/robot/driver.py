@@ -161,7 +161,7 @@ class Driver:
     def _judge(self, reading: Reading) -> None:
         wrong = self.monitor.stall(reading, self.guard.payload_g)
         if self.push and not wrong:
-            if self.push.overdue:
+            if self.clock.now() >= self.push.until:  # nobody has repeated it
                 self.halt()
             else:
                 wrong = self.push.forecast(reading, {}, self.guard)

@@ -46,7 +46,8 @@ class Servo:
         self._turns = 0
         self._changed = True  # until the controller has seen it
         self._stepped = 0.0  # the time that the joint's angle belongs to
-        self._asleep_until = self._booted = self._heard = 0.0
+        self._asleep_until = self._booted = 0.0
+        self.heard = 0.0  # when a packet for it came in last: the watchdog looks at it
         self._starting = False  # until it has done what it does at power-on
         self.table.put("goal_position", self.present())
 
@@ -92,10 +93,6 @@ class Servo:
     def listens_to(self, packet_id: int) -> bool:
         """Whether a packet with this id is for this servo: its id or its secondary id."""
         return packet_id == self.id or packet_id == self.table["secondary_id"] <= 252
-
-    def heard(self, now: float):
-        """A packet for this servo has come in: feed the watchdog."""
-        self._heard = now
 
     # ---- positions: rad at the joint, ticks in the registers ----
 
@@ -184,7 +181,7 @@ class Servo:
     @property
     def _watchdog_at(self) -> float:
         """When the watchdog trips if nothing is heard until then; never if it is not armed."""
-        return self._heard + self.settings.patience
+        return self.heard + self.settings.patience
 
     @property
     def deadline(self) -> float:

@@ -30,7 +30,7 @@ def answers(servos, packet: pk.Packet, now: float, baud: int | None = None) -> l
     everyone = packet.id == pk.BROADCAST
     addressed = servos if everyone else [s for s in servos if s.listens_to(packet.id)]
     for servo in addressed:
-        servo.heard(now)
+        servo.heard = now
     if everyone and not packet.intact:
         return []
     if everyone and packet.instruction in _GROUPS:
@@ -70,7 +70,8 @@ def _read_group(packet, servos, now, wanted) -> list[Frame]:
     fast = packet.instruction in _FAST
     frames, parts, able = [], [], {}
     for servo in servos:
-        if _able(servo, fast):
+        new_enough = not fast or servo.table["firmware_version"] >= _FAST_FIRMWARE
+        if new_enough and servo.table["status_return_level"] >= 1:
             able.setdefault(servo.id, []).append(servo)
     for servo_id, address, length in wanted:
         if servo_id not in able:
@@ -109,11 +110,6 @@ def _write_one(servos, servo_id, params, now):
     for servo in servos:
         if servo.id == servo_id:
             obey(servo, pk.Packet(servo_id, Do.WRITE, params), now)
-
-
-def _able(servo, fast: bool) -> bool:
-    new_enough = not fast or servo.table["firmware_version"] >= _FAST_FIRMWARE
-    return new_enough and servo.table["status_return_level"] >= 1
 
 
 def _alert(servo) -> int:
@@ -162,10 +158,6 @@ def _read(servo, packet, now):
     return servo.read(pk.word(packet.params), pk.word(packet.params, 2), now)
 
 
-def _write(servo, packet, now):
-    servo.write(pk.word(packet.params), packet.params[2:], now)
-
-
 def _reg_write(servo, packet, now):
     address, data = pk.word(packet.params), packet.params[2:]
     servo.check(address, data)
@@ -187,10 +179,6 @@ def _factory_reset(servo, packet, now):
     if packet.id == pk.BROADCAST and packet.params == pk.RESET_ALL:
         raise Refusal(pk.ACCESS)  # or all servos would end up with id 1
     servo.factory_reset(now, _KEEP[packet.params])
-
-
-def _reboot(servo, packet, now):
-    servo.reboot(now)
 
 
 def _clear(servo, packet, now):
@@ -217,11 +205,11 @@ def _backup(servo, packet, now):
 _ACTIONS = {
     Do.PING: _ping,
     Do.READ: _read,
-    Do.WRITE: _write,
+    Do.WRITE: lambda servo, packet, now: servo.write(pk.word(packet.params), packet.params[2:], now),
     Do.REG_WRITE: _reg_write,
     Do.ACTION: _action,
     Do.FACTORY_RESET: _factory_reset,
-    Do.REBOOT: _reboot,
+    Do.REBOOT: lambda servo, packet, now: servo.reboot(now),
     Do.CLEAR: _clear,
     Do.BACKUP: _backup,
 }

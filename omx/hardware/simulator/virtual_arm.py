@@ -133,12 +133,6 @@ class VirtualArm:
         self._between = None if width is None else Grasped(width, mass_g, stiffness)
         self.disturb()
 
-    def unplug(self):
-        """Pull the USB plug; calling what this returns puts it back."""
-        self.catch_up()
-        self.plugged = False
-        return lambda: setattr(self, "plugged", True)
-
     # ---- time ----
 
     def connect(self, now):
