@@ -1,9 +1,5 @@
-"""A servo's memory: the control table, the rules about who may read and write what, and what a write sets off.
+"""A servo's memory: the control table, and the rules about who may read and write what."""
 
-The rules see the table only. What a write does to the servo itself comes back as `Effect`s, in order.
-"""
-
-from enum import Enum, auto
 from functools import lru_cache
 
 from ..dynamixel import packet as pk
@@ -17,16 +13,8 @@ _INDIRECT = {
     if row.name.startswith("indirect_data")
 }
 FIRST_INDIRECT = min(_INDIRECT)
-_GOALS = ("goal_pwm", "goal_current", "goal_velocity", "goal_position")
+GOALS = ("goal_pwm", "goal_current", "goal_velocity", "goal_position")
 _WATCHDOG_FIRMWARE, _STARTUP_FIRMWARE = 38, 45
-
-
-class Effect(Enum):
-    """What a servo does because of a write."""
-
-    RELEASE = auto()  # the torque is off: forget where the set-point was going
-    WRAP = auto()  # forget whole turns
-    PLAN = auto()  # lay the trajectory to the goal
 
 
 class Refusal(Exception):
@@ -92,7 +80,7 @@ class Table(dict[str, int]):
 
     def check(self, row: Register, value: int):
         """Refuse a write that the row, the mode or the state of the servo forbids."""
-        if row.name in _GOALS and self["bus_watchdog"] == reg.WATCHDOG_TRIPPED:
+        if row.name in GOALS and self["bus_watchdog"] == reg.WATCHDOG_TRIPPED:
             raise Refusal(pk.DATA_RANGE)
         if not row.writable or (row.eeprom and self["torque_enable"]):
             raise Refusal(pk.ACCESS)
@@ -123,45 +111,13 @@ class Table(dict[str, int]):
             return self["min_position_limit"], self["max_position_limit"]
         return row.low, row.high
 
-    def set(self, name: str, value: int, planned: bool) -> list[Effect]:
-        """Set a register, with what that sets off in the table; what it sets off in the servo comes back.
-
-        `planned` says whether the servo has a trajectory.
-        """
-        before = self[name]
-        self.put(name, value)
-        if name == "torque_enable":
-            return self._torque(planned)
-        if name == "operating_mode" and value != before:
-            return self._new_mode()
-        if name in _GOALS:
-            return self._new_goal(name, planned)
-        return []
-
-    def _torque(self, planned: bool) -> list[Effect]:
-        if not self["torque_enable"]:
-            return [Effect.RELEASE]
-        if planned:
-            return []
-        # Whether real firmware sets the goal to the present position here is not known. This one does not.
-        return [Effect.WRAP, Effect.PLAN] if self["operating_mode"] == reg.MODES["position"] else [Effect.PLAN]
-
-    def _new_mode(self) -> list[Effect]:
+    def new_mode(self):
+        """What a change of `operating_mode` does to other registers."""
         for name in (*reg.GAINS, "profile_velocity", "profile_acceleration"):
             self.put(name, REGISTERS[name].default)
         self.put("goal_pwm", self["pwm_limit"])
         self.put("goal_current", self["current_limit"])
         self.put("goal_velocity", 0)
-        return [Effect.WRAP] if self["operating_mode"] == reg.MODES["position"] else []
-
-    def _new_goal(self, name: str, planned: bool) -> list[Effect]:
-        if self["torque_enable"]:  # the goals of other modes lay nothing anew
-            goal = "goal_velocity" if self["operating_mode"] == reg.MODES["velocity"] else "goal_position"
-            return [Effect.PLAN] if name == goal else []
-        if self["drive_mode"] & reg.DRIVE_TORQUE_BY_GOAL and not self["hardware_error"] & self["shutdown"]:
-            self.put("torque_enable", 1)
-            return self._torque(planned)
-        return []
 
 
 @lru_cache

@@ -13,6 +13,7 @@ from math import inf, radians
 from typing import NamedTuple
 
 from ...arm import ARM_IDS
+from ...arrays import as_number
 from ...errors import BadInput
 from ..dynamixel import registers as reg
 
@@ -55,7 +56,7 @@ class Faults:
         row = KINDS[kind]
         if row.of == "servo" or servo is not None:
             self._arm.servo(servo)
-        fault = Fault(kind, servo, count, after, row.value if value is None else float(value))
+        fault = Fault(kind, servo, count, after, row.value if value is None else as_number(value, "value"))
         if row.of == "wire":
             self._on_wire.append(fault)
         elif after:

@@ -8,7 +8,7 @@ from ...arm import MODEL, STALL_TORQUE, SUPPLY_VOLTS, TICKS_PER_TURN
 from ..dynamixel import registers as reg
 from ..dynamixel import units
 from . import profile
-from .control_table import FIRST_INDIRECT, Effect, Table
+from .control_table import FIRST_INDIRECT, GOALS, Table
 from .controller import FULL_PWM, POSITION_MODES, Controller, Settings
 from .joint import COAST, DAMPING, Drive, Encoder, Joint
 
@@ -298,15 +298,39 @@ class Servo:
 
     def set(self, name: str, value: int, now: float = 0.0):
         """Set a register, permitted or not, with all that this sets off."""
-        for effect in self.table.set(name, value, planned=self.trajectory is not None):
-            if effect is Effect.RELEASE:
-                self.release()
-            elif effect is Effect.WRAP:
-                self.wrap()
-            else:
-                self.plan(now)
+        before = self.table[name]
+        self.table.put(name, value)
+        if name == "torque_enable":
+            self._switched(now)
+        elif name == "operating_mode" and value != before:
+            self.table.new_mode()
+            self._wrap_in_position_mode()
+        elif name in GOALS:
+            self._new_goal(name, now)
         self.been_on = self.been_on or self.torque_on
         self.disturb()
+
+    def _switched(self, now: float):
+        """The torque has been switched on, or off."""
+        if not self.torque_on:
+            self.release()
+        elif self.trajectory is None:
+            # Whether real firmware sets the goal to the present position here is not known. This one does not.
+            self._wrap_in_position_mode()
+            self.plan(now)
+
+    def _new_goal(self, name: str, now: float):
+        table = self.table
+        if self.torque_on:  # the goals of other modes lay nothing anew
+            if name == ("goal_velocity" if table["operating_mode"] == reg.MODES["velocity"] else "goal_position"):
+                self.plan(now)
+        elif table["drive_mode"] & reg.DRIVE_TORQUE_BY_GOAL and not table["hardware_error"] & table["shutdown"]:
+            table.put("torque_enable", 1)
+            self._switched(now)
+
+    def _wrap_in_position_mode(self):
+        if self.table["operating_mode"] == reg.MODES["position"]:
+            self.wrap()
 
     def plan(self, now: float):
         """Lay the trajectory to the goal that the registers hold now."""
