@@ -76,40 +76,11 @@ class Table(dict[str, int]):
             targets = tuple(map(self._target, targets))
         return [(row, row.decode(bytes([data[i] for i in places]))) for row, places in _whole(targets)]
 
-    # ---- the rules ----
-
     def check(self, row: Register, value: int):
         """Refuse a write that the row, the mode or the state of the servo forbids."""
-        if row.name in GOALS and self["bus_watchdog"] == reg.WATCHDOG_TRIPPED:
-            raise Refusal(pk.DATA_RANGE)
-        if not row.writable or (row.eeprom and self["torque_enable"]):
-            raise Refusal(pk.ACCESS)
-        if not row.low <= value <= row.high:
-            raise Refusal(pk.DATA_RANGE)
-        if row.name == "torque_enable" and value and self["hardware_error"] & self["shutdown"]:
-            raise Refusal(pk.RESULT_FAIL)
-        if row.name == "drive_mode" and value & ~(reg.DRIVE_REVERSE | reg.DRIVE_TIME_BASED | reg.DRIVE_TORQUE_BY_GOAL):
-            raise Refusal(pk.DATA_RANGE)
-        if row.name == "operating_mode" and value not in reg.MODES.values():
-            raise Refusal(pk.DATA_RANGE)
-        if row.name.startswith("profile") and self["drive_mode"] & reg.DRIVE_TIME_BASED and value > 32737:
-            raise Refusal(pk.DATA_RANGE)
-        if row.name == "startup_configuration" and self["firmware_version"] < _STARTUP_FIRMWARE:
-            raise Refusal(pk.ACCESS)
-        if row.name == "bus_watchdog" and self["firmware_version"] < _WATCHDOG_FIRMWARE:
-            raise Refusal(pk.ACCESS)
-        low, high = self._limits(row)
-        if not low <= value <= high:
-            raise Refusal(pk.DATA_LIMIT)
-
-    def _limits(self, row: Register) -> tuple[int, int]:
-        """The limits that other registers set for this one, or its own."""
-        if row.name in ("goal_pwm", "goal_current", "goal_velocity"):
-            limit = self[row.name.removeprefix("goal_") + "_limit"]
-            return -limit, limit
-        if row.name == "goal_position" and self["operating_mode"] == reg.MODES["position"]:
-            return self["min_position_limit"], self["max_position_limit"]
-        return row.low, row.high
+        for names, forbids, code in _RULES:
+            if row.name in names and forbids(self, row, value):
+                raise Refusal(code)
 
     def new_mode(self):
         """What a change of `operating_mode` does to other registers."""
@@ -118,6 +89,26 @@ class Table(dict[str, int]):
         self.put("goal_pwm", self["pwm_limit"])
         self.put("goal_current", self["current_limit"])
         self.put("goal_velocity", 0)
+
+
+_DRIVE_MODES = reg.DRIVE_REVERSE | reg.DRIVE_TIME_BASED | reg.DRIVE_TORQUE_BY_GOAL
+#: What forbids to write a value, in the order in which a servo looks: to which registers, when, and its error.
+_RULES = (
+    (GOALS, lambda at, row, value: at["bus_watchdog"] == reg.WATCHDOG_TRIPPED, pk.DATA_RANGE),
+    (REGISTERS, lambda at, row, value: not row.writable or (row.eeprom and at["torque_enable"]), pk.ACCESS),
+    (REGISTERS, lambda at, row, value: not row.low <= value <= row.high, pk.DATA_RANGE),
+    (("torque_enable",), lambda at, row, value: value and at["hardware_error"] & at["shutdown"], pk.RESULT_FAIL),
+    (("drive_mode",), lambda at, row, value: value & ~_DRIVE_MODES, pk.DATA_RANGE),
+    (("operating_mode",), lambda at, row, value: value not in reg.MODES.values(), pk.DATA_RANGE),
+    (("profile_velocity", "profile_acceleration"),
+     lambda at, row, value: at["drive_mode"] & reg.DRIVE_TIME_BASED and value > 32737, pk.DATA_RANGE),
+    (("startup_configuration",), lambda at, row, value: at["firmware_version"] < _STARTUP_FIRMWARE, pk.ACCESS),
+    (("bus_watchdog",), lambda at, row, value: at["firmware_version"] < _WATCHDOG_FIRMWARE, pk.ACCESS),
+    (("goal_pwm", "goal_current", "goal_velocity"),
+     lambda at, row, value: abs(value) > at[row.name.removeprefix("goal_") + "_limit"], pk.DATA_LIMIT),
+    (("goal_position",), lambda at, row, value: at["operating_mode"] == reg.MODES["position"]
+     and not at["min_position_limit"] <= value <= at["max_position_limit"], pk.DATA_LIMIT),
+)  # fmt: skip
 
 
 @lru_cache
