@@ -73,15 +73,12 @@ class VirtualArm:
         self.faults = Faults(self)
         self._steps = 0
         self._events: list[tuple[float, object]] = []
-        self._configure(settings or {})
-        self._settle()
-
-    def _configure(self, settings):
-        for servo_id, registers in settings.items():
+        for servo_id, registers in (settings or {}).items():
             servo = self.servo(servo_id)
             for name, value in registers.items():
                 servo.set(reg.register(name).name, value)
             servo.start(0.0)
+        self._settle()
 
     def servo(self, servo_id: int) -> Servo:
         """The servo that was built in as `servo_id` (11 .. 15), whatever its id register says now."""
