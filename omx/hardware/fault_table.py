@@ -85,9 +85,10 @@ class Finding(NamedTuple):
 
 
 class Condition(NamedTuple):
-    """One row. `found(servo, at)` gives the facts for the texts where the condition holds, None where it does not.
+    """One row. `found(servo, at)` is true where the condition holds, or gives further facts for the texts.
 
-    `at` maps names to raw values and must have those that `needs` names. A "fault" forbids driving, a "warning" is
+    `at` maps names to raw values and must have those that `needs` names; they are facts for the texts, as are `value`,
+    that of the first one in its unit, and `degrees`, the same in degrees. A "fault" forbids driving, a "warning" is
     said, a "note" is for the doctor; what `mend` maps to values is written back when the motors are switched on, and
     forbids nothing. `remedy` maps systems to texts where they differ.
     """
@@ -95,7 +96,7 @@ class Condition(NamedTuple):
     key: str
     level: str
     needs: tuple[str, ...]
-    found: Callable[[int, dict[str, int]], dict | None] | None
+    found: Callable[[int, dict[str, int]], dict | bool] | None
     symptom: str
     cause: str
     remedy: str | dict[str, str]
@@ -110,9 +111,13 @@ class Condition(NamedTuple):
 
 def judge(servo: int, at: dict[str, int]) -> list[Finding]:
     """Every row that holds for `servo`, of those that the registers in `at` can tell."""
-    rows = [row for row in CONDITIONS if all(name in at for name in row.needs)]
-    facts = [(row, row.found(servo, at)) for row in rows]
-    return [row.finding(servo, fact) for row, fact in facts if fact is not None]
+    findings = []
+    for row in CONDITIONS:
+        if all(name in at for name in row.needs) and (found := row.found(servo, at)):
+            value = reg.REGISTERS[row.needs[0]].unit.value(at[row.needs[0]])
+            facts = {**at, "value": value, "degrees": math.degrees(value), **(found if isinstance(found, dict) else {})}
+            findings.append(row.finding(servo, facts))
+    return findings
 
 
 def sentences(found: Iterable[Finding]) -> list[str]:
@@ -146,71 +151,37 @@ def settings(bus: Bus, servos) -> tuple[dict[int, dict[str, int]], list[BusError
         return at, errors
 
 
-# ---- what the rows ask: each gives the facts for its text, or None ----
-
-
-def _when(test: Callable[[dict], bool], only=ARM_IDS, **facts) -> Callable:
-    """Facts computed from the registers if `test` is true of them and the servo is one of `only`."""
-
-    def found(servo, at):
-        return {name: fact(at) for name, fact in facts.items()} if servo in only and test(at) else None
-
-    return found
-
-
-def _unit(name: str) -> Callable:
-    return lambda at: reg.REGISTERS[name].unit.value(at[name])
+# ---- what the rows ask where that is more than one line: each gives facts for its text, or none ----
 
 
 def hardware_words(bits: int) -> dict[str, str]:
     """The bits of register 70 in words, and what brings them about."""
-    known = [bit for bit in reg.HARDWARE_ERRORS if bits & bit]
-    words = ", ".join(reg.HARDWARE_ERRORS[bit] for bit in known) or f"unknown error {bits:#04x}"
-    return {"words": words, "reason": "; ".join(REASONS[bit] for bit in known) or "the servo's manual does not say"}
-
-
-#: Why a servo reports a hardware error, by the bit of register 70.
-REASONS = {
-    0x01: "its voltage was outside 9.5 .. 16 V: a weak supply, or all joints pushing at once",
-    0x04: "it got hotter than its limit, 80 degrees C",
-    0x08: "its encoder cannot be read: a knock, or a broken servo",
-    0x10: "an electrical shock, or too little power for its motor",
-    0x20: "it pushed hard for longer than it can: something blocks the joint, or the load is above 500 g",
-}
+    reasons = "; ".join(why for bit, (_, why) in reg.HARDWARE_ERRORS.items() if bits & bit)
+    words = ", ".join(reg.hardware_errors(bits)) or f"unknown error {bits:#04x}"
+    return {"words": words, "reason": reasons or "the servo's manual does not say"}
 
 
 def _without_profile(torque: int) -> Callable:
     def found(servo, at):
         reasons = [] if at["drive_mode"] & reg.DRIVE_TIME_BASED else ["its drive mode is not time-based"]
         reasons += [] if at["profile_velocity"] else ["its profile velocity is 0"]
-        return {"why": " and ".join(reasons)} if reasons and at["torque_enable"] == torque else None
+        return {"why": " and ".join(reasons)} if reasons and at["torque_enable"] == torque else {}
 
     return found
 
 
 def _narrow(servo, at):
     if servo not in JOINT_IDS:
-        return None
+        return {}
     low, high = (units.POSITION.value(at[f"{end}_position_limit"]) for end in ("min", "max"))
     least, most = LIMITS[JOINT_IDS.index(servo)]
     narrow = low > least + SOFT_MARGIN or high < most - SOFT_MARGIN
-    return {"low": math.degrees(low), "high": math.degrees(high)} if narrow else None
-
-
-def _offset(servo, at):
-    if servo not in JOINT_IDS or not at["homing_offset"]:
-        return None
-    degrees = math.degrees(units.ANGLE.value(at["homing_offset"]))
-    return {"joint": JOINT_IDS.index(servo) + 1, "degrees": degrees, "ticks": at["homing_offset"]}
-
-
-def _obeys_another(servo, at):
-    return {"other": at["secondary_id"]} if at["secondary_id"] in set(ARM_IDS) - {servo} else None
+    return {"low": math.degrees(low), "high": math.degrees(high)} if narrow else {}
 
 
 def _gains(servo, at):
     wrong = [f"{row.name} {at[row.name]} (right: {row.default})" for row in _GAINS if at[row.name] != row.default]
-    return {"what": ", ".join(wrong)} if wrong else None
+    return {"what": ", ".join(wrong)} if wrong else {}
 
 
 _SUPPLY = "Use the arm's own 12 V, 5 A supply, and look for a half-open switch or plug."
@@ -223,46 +194,45 @@ _SET_BACK = "`robot.write_motor_state(True)` sets it back where the arm stands."
 CONDITIONS = (
     # ---- what they are ----
     Condition("wrong_model", "fault", ("model_number",),
-              _when(lambda at: at["model_number"] != MODEL, model=lambda at: at["model_number"]),
-              f"servo {{servo}} is model {{model}}, not {MODEL} (XM430-W350)",
+              lambda servo, at: at["model_number"] != MODEL,
+              f"servo {{servo}} is model {{model_number}}, not {MODEL} (XM430-W350)",
               "another arm, or another servo was built in",
               "This book drives the OpenMANIPULATOR-X only; XL430 and XL330 servos belong to its newer relatives."),
     Condition("old_firmware", "fault", ("firmware_version",),
-              _when(lambda at: at["firmware_version"] < OLDEST_FIRMWARE, firmware=lambda at: at["firmware_version"]),
-              f"servo {{servo}} has firmware {{firmware}}; {OLDEST_FIRMWARE} is the oldest that will do",
+              lambda servo, at: at["firmware_version"] < OLDEST_FIRMWARE,
+              f"servo {{servo}} has firmware {{firmware_version}}; {OLDEST_FIRMWARE} is the oldest that will do",
               f"moves of a given time came with firmware {OLDEST_FIRMWARE}",
               "Update it with DYNAMIXEL Wizard (Windows, macOS, Linux), one servo at a time."),
     # ---- how they are ----
     Condition("hardware_error", "fault", ("hardware_error",),
-              lambda servo, at: hardware_words(at["hardware_error"]) if at["hardware_error"] else None,
+              lambda servo, at: at["hardware_error"] and hardware_words(at["hardware_error"]),
               "servo {servo} reports: {words}", "{reason}",
               "Support the arm, remove the cause, then `robot.recover()`: only a reboot clears it."),
     Condition("low_voltage", "fault", ("present_voltage",),
-              _when(lambda at: at["present_voltage"] < 10 * FEWEST_VOLTS, volts=_unit("present_voltage")),
-              f"servo {{servo}} has {{volts:.1f}} V; {FEWEST_VOLTS:.0f} V are the least", "no or the wrong supply",
+              lambda servo, at: at["present_voltage"] < 10 * FEWEST_VOLTS,
+              f"servo {{servo}} has {{value:.1f}} V; {FEWEST_VOLTS:.0f} V are the least", "no or the wrong supply",
               _SUPPLY),
     Condition("weak_voltage", "warning", ("present_voltage",),
-              _when(lambda at: 10 * FEWEST_VOLTS <= at["present_voltage"] < 10 * WARN_VOLTS,
-                    volts=_unit("present_voltage")),
-              "servo {servo} has only {volts:.1f} V", "a weak supply or a long cable", _SUPPLY),
+              lambda servo, at: 10 * FEWEST_VOLTS <= at["present_voltage"] < 10 * WARN_VOLTS,
+              "servo {servo} has only {value:.1f} V", "a weak supply or a long cable", _SUPPLY),
     Condition("hot", "fault", ("present_temperature",),
-              _when(lambda at: at["present_temperature"] >= MOST_DEGREES, degrees=_unit("present_temperature")),
-              "servo {servo} is at {degrees:.0f} degrees C", "it holds a load for long, or something blocks it",
+              lambda servo, at: at["present_temperature"] >= MOST_DEGREES,
+              "servo {servo} is at {value:.0f} degrees C", "it holds a load for long, or something blocks it",
               "Park the arm, motors off, and let it cool below 50."),
     Condition("warm", "warning", ("present_temperature",),
-              _when(lambda at: WARN_DEGREES <= at["present_temperature"] < MOST_DEGREES,
-                    degrees=_unit("present_temperature")),
-              "servo {servo} is at {degrees:.0f} degrees C", "it holds a load for long",
+              lambda servo, at: WARN_DEGREES <= at["present_temperature"] < MOST_DEGREES,
+              "servo {servo} is at {value:.0f} degrees C", "it holds a load for long",
               "Park the arm between two runs."),
     # ---- how they are set, for good ----
-    Condition("homing_offset", "fault", ("homing_offset",), _offset,
-              "joint {joint} reads {degrees:.1f} deg more than it should: servo {servo} has a homing offset of {ticks} "
-              "ticks",
+    Condition("homing_offset", "fault", ("homing_offset",),
+              lambda servo, at: servo in JOINT_IDS and at["homing_offset"] and {"joint": JOINT_IDS.index(servo) + 1},
+              "joint {joint} reads {degrees:.1f} deg more than it should: servo {servo} has a homing offset of "
+              "{homing_offset} ticks",
               "another program's calibration wrote it into the EEPROM of servo {servo}",
               _EEPROM + "`bus.write({servo}, 'homing_offset', 0)`."),
     Condition("gripper_offset", "warning", ("homing_offset",),
-              _when(lambda at: at["homing_offset"], (GRIPPER_ID,), ticks=lambda at: at["homing_offset"]),
-              "the gripper, servo {servo}, has a homing offset of {ticks} ticks: it opens and closes elsewhere",
+              lambda servo, at: servo == GRIPPER_ID and at["homing_offset"],
+              "the gripper, servo {servo}, has a homing offset of {homing_offset} ticks: it opens and closes elsewhere",
               "another program's calibration wrote it", _EEPROM + "`bus.write({servo}, 'homing_offset', 0)`."),
     Condition("narrow_limits", "fault", ("min_position_limit", "max_position_limit"), _narrow,
               "servo {servo} refuses goals outside {low:.0f} .. {high:.0f} deg (data limit error)",
@@ -270,37 +240,47 @@ CONDITIONS = (
               _EEPROM + "`bus.write({servo}, 'max_position_limit', 4095)`, "
               "`bus.write({servo}, 'min_position_limit', 0)`."),
     Condition("low_pwm_limit", "fault", ("pwm_limit",),
-              _when(lambda at: at["pwm_limit"] < WEAK_PWM, JOINT_IDS, percent=_unit("pwm_limit")),
-              "servo {servo} has a PWM limit of {percent:.0f} %: it cannot hold the arm up",
+              lambda servo, at: servo in JOINT_IDS and at["pwm_limit"] < WEAK_PWM,
+              "servo {servo} has a PWM limit of {value:.0f} %: it cannot hold the arm up",
               "another program changed register 36", _EEPROM + "`bus.write({servo}, 'pwm_limit', 885)`."),
     Condition("no_shutdown", "fault", ("shutdown",),
-              _when(lambda at: at["shutdown"] & PROTECTION != PROTECTION, mask=lambda at: at["shutdown"]),
-              "servo {servo} does not switch itself off when it is overloaded or too hot (shutdown mask {mask})",
+              lambda servo, at: at["shutdown"] & PROTECTION != PROTECTION,
+              "servo {servo} does not switch itself off when it is overloaded or too hot (shutdown mask {shutdown})",
               "another program changed register 63", _EEPROM + f"`bus.write({{servo}}, 'shutdown', {PROTECTION})`."),
     Condition("high_heat_limit", "fault", ("temperature_limit",),
-              _when(lambda at: at["temperature_limit"] > _HOTTEST, degrees=_unit("temperature_limit")),
-              f"servo {{servo}} does not switch itself off before {{degrees:.0f}} degrees C; {_HOTTEST} is right",
+              lambda servo, at: at["temperature_limit"] > _HOTTEST,
+              f"servo {{servo}} does not switch itself off before {{value:.0f}} degrees C; {_HOTTEST} is right",
               "another program changed register 31",
               _EEPROM + f"`bus.write({{servo}}, 'temperature_limit', {_HOTTEST})`."),
     Condition("low_heat_limit", "warning", ("temperature_limit",),
-              _when(lambda at: at["temperature_limit"] <= MOST_DEGREES, degrees=_unit("temperature_limit")),
-              "servo {servo} switches itself off at {degrees:.0f} degrees C already: then the arm falls",
+              lambda servo, at: at["temperature_limit"] <= MOST_DEGREES,
+              "servo {servo} switches itself off at {value:.0f} degrees C already: then the arm falls",
               "another program changed register 31",
               _EEPROM + f"`bus.write({{servo}}, 'temperature_limit', {_HOTTEST})`."),
-    Condition("secondary_id", "fault", ("secondary_id",), _obeys_another,
-              "servo {servo} obeys what is meant for servo {other}, too", "its secondary id, register 12, is {other}",
+    Condition("secondary_id", "fault", ("secondary_id",),
+              lambda servo, at: at["secondary_id"] in set(ARM_IDS) - {servo},
+              "servo {servo} obeys what is meant for servo {secondary_id}, too",
+              "its secondary id, register 12, is {secondary_id}",
               _EEPROM + "`bus.write({servo}, 'secondary_id', 255)`."),
     Condition("starts_by_itself", "warning", ("startup_configuration",),
-              _when(lambda at: at["startup_configuration"] & 1),
+              lambda servo, at: at["startup_configuration"] & 1,
               "servo {servo} switches its motor on by itself when the power comes on",
               "its startup configuration, register 60, says so",
               _EEPROM + "`bus.write({servo}, 'startup_configuration', 0)`."),
     Condition("velocity_limit", "note", ("velocity_limit",),
-              _when(lambda at: at["velocity_limit"] < 44, JOINT_IDS,
-                    speed=lambda at: math.degrees(units.VELOCITY.value(at["velocity_limit"]))),
-              "servo {servo} has a velocity limit of {speed:.0f} deg/s", "another program changed register 44",
+              lambda servo, at: servo in JOINT_IDS and at["velocity_limit"] < 44,
+              "servo {servo} has a velocity limit of {degrees:.0f} deg/s", "another program changed register 44",
               "Nothing with this book, whose moves take a time; programs with velocity profiles crawl."),
+    Condition("slow_return", "note", ("return_delay_time",),
+              lambda servo, at: at["return_delay_time"] > 10 and {"us": 2 * at["return_delay_time"]},
+              "servo {servo} waits {us} us before it answers",
+              "so it comes from the factory (return delay, register 9)",
+              "Nothing need be done; 0 saves half a millisecond a servo: write it with the torque off."),
     # ---- how they are set, until they are switched on ----
+    Condition("torque_on", "note", ("torque_enable",), lambda servo, at: at["torque_enable"],
+              "servo {servo} has its motor on",
+              "a program left it on, and the arm holds. The EEPROM is locked meanwhile (access error)",
+              "`Robot(...).park()` folds the arm and switches the motors off."),
     Condition("full_speed", "fault", ("drive_mode", "profile_velocity", "torque_enable"), _without_profile(1),
               "servo {servo} moves at full speed on its next goal: {why}, and its motor is on",
               "a program left the motor on without a motion profile, or the servo restarted",
@@ -309,23 +289,23 @@ CONDITIONS = (
               "servo {servo} would move at full speed: {why}", "so it comes from the factory and from every restart",
               "Nothing with this book: `write_motor_state(True)` sets it. Other programs must do so themselves.", {}),
     Condition("gripper_inverted", "note", ("drive_mode",),
-              _when(lambda at: at["drive_mode"] & reg.DRIVE_REVERSE, (GRIPPER_ID,), mode=lambda at: at["drive_mode"]),
-              "servo 15 counts backwards (drive mode {mode})", "ROS 2 leaves it so",
+              lambda servo, at: servo == GRIPPER_ID and at["drive_mode"] & reg.DRIVE_REVERSE,
+              "servo 15 counts backwards (drive mode {drive_mode})", "ROS 2 leaves it so",
               "Nothing with this book, which reads it; a course program would open the gripper where it should close."),
     Condition("joint_reversed", "warning", ("drive_mode",),
-              _when(lambda at: at["drive_mode"] & reg.DRIVE_REVERSE, JOINT_IDS, mode=lambda at: at["drive_mode"]),
-              "servo {servo} counts backwards (drive mode {mode})",
+              lambda servo, at: servo in JOINT_IDS and at["drive_mode"] & reg.DRIVE_REVERSE,
+              "servo {servo} counts backwards (drive mode {drive_mode})",
               "another program set the reverse bit in its EEPROM",
               "`write_motor_state(True)` puts it right; support the arm, for its idea of where it is changes."),
     Condition("weak_pwm", "fault", ("goal_pwm",),
-              _when(lambda at: at["goal_pwm"] < WEAK_PWM, JOINT_IDS, percent=_unit("goal_pwm")),
-              "servo {servo} pushes with at most {percent:.0f} % (goal PWM): it cannot hold the arm up",
+              lambda servo, at: servo in JOINT_IDS and at["goal_pwm"] < WEAK_PWM,
+              "servo {servo} pushes with at most {value:.0f} % (goal PWM): it cannot hold the arm up",
               "another program changed register 100", _SET_BACK, {}),
     Condition("gains", "warning", tuple(row.name for row in _GAINS), _gains,
               "servo {servo} has other gains than from the factory: {what}", "another program changed them", _SET_BACK,
               {row.name: row.default for row in _GAINS}),
     Condition("watchdog", "warning", ("bus_watchdog",),
-              _when(lambda at: at["bus_watchdog"] == reg.WATCHDOG_TRIPPED),
+              lambda servo, at: at["bus_watchdog"] == reg.WATCHDOG_TRIPPED,
               "the bus watchdog of servo {servo} has tripped: it refuses goals",
               "the program that streamed to it broke off",
               "`robot.write_motor_state(True)` clears it; or `bus.write({servo}, 'bus_watchdog', 0)`.",

@@ -126,7 +126,7 @@ def read_log(path) -> Log:
     path = Path(path)
     text = _text(path)
     lines = text.split("\n")
-    first = next((i for i, line in enumerate(lines) if line.strip() and not _is_comment(line)), None)
+    first = next((i for i, line in enumerate(lines) if line.strip() and not line.startswith(("#", '"#'))), None)
     facts = _facts(lines[:first], path)
     if first is None:
         raise LogError(f"{path.name} has no heading with column names.")
@@ -185,10 +185,6 @@ def _cell(text: str) -> str:
     """`text` as one cell of a table: in quotes if a spreadsheet would split it and take a part for a formula."""
     doubled = text.replace('"', '""')
     return f'"{doubled}"' if _SEPARATORS.search(text) else text
-
-
-def _is_comment(line: str) -> bool:
-    return line.startswith(("#", '"#'))
 
 
 def _facts(lines: Sequence[str], path: Path) -> dict:

@@ -69,34 +69,49 @@ class Guard:
         """The joint limits less the margin at either end, (low, high) a joint."""
         return tuple((low + self.margin, high - self.margin) for low, high in self.limits)
 
-    def check(self, goal, start=None) -> tuple[float, float, float, float]:
-        """`goal` (rad), checked by itself and, if `start` is given, all along the way that the joints take.
+    def check(self, goal, start=None, aim=None) -> tuple[float, float, float, float]:
+        """`goal` (rad), checked by itself and, if `start` is given, all along the way that the joints take from there.
 
-        The way must be clear as it is commanded, and as the arm sags on it, payload and all. An arm that *starts*
-        outside (moved by hand, say) may come back in: then a joint, the clearance or the load must only not get worse.
-        Raises `BadInput`, `JointLimit`, `Collision` or `TooHeavy`.
+        From `aim`, too, where the set-points are of an arm that moves. The way must be clear as it is commanded, and as
+        the arm sags on it, payload and all. An arm that *starts* outside (moved by hand, say) may come back in: then a
+        joint, the clearance or the load must only not get worse. Raises `BadInput`, `JointLimit`, `Collision` or
+        `TooHeavy`.
         """
-        goal, already = as_four(goal, "goal", JOINT_ANGLES), start
-        if start is None:
-            start, floor, limits = goal, 0.0, self.soft_limits
-        else:
-            start = as_four(start, "start", JOINT_ANGLES)
-            floor = min(0.0, self._gaps(np.array([start]))[1].min())
-            limits = [(min(low, q), max(high, q)) for (low, high), q in zip(self.soft_limits, start, strict=True)]
-        violations = limit_violations(goal, limits)
-        if violations:
-            raise JointLimit(violations, clipped(goal, self.soft_limits), "refused")
-        way = _way(start, goal)
-        pairs, found = self._gaps(way)
+        goal = as_four(goal, "goal", JOINT_ANGLES)
+        starts = [as_four(q, "start", JOINT_ANGLES) for q in (start, aim) if q is not None]
+        for here in starts or [None]:
+            self._check_limits(goal, here)
+        ways = [_way(here, goal) for here in starts] or [np.array([goal])]
+        pairs, found = self._gaps(np.concatenate(ways))  # of all ways at once: a look at a few arms costs as one
+        for way in ways:
+            self._check_way(way, pairs, found[:, :, : len(way)], begun=bool(starts))
+            found = found[:, :, len(way) :]
+        return goal
+
+    def check_points(self, points) -> None:
+        """Each of `points` (N, 4), rad, checked by itself, as `check` does; they lie along a way."""
+        for q in points.tolist():
+            self._check_limits(q)
+        self._check_way(points, *self._gaps(points), begun=False)
+
+    def _check_limits(self, goal, start=None) -> None:
+        limits = soft = self.soft_limits
+        if start is not None:
+            limits = [(min(low, q), max(high, q)) for (low, high), q in zip(soft, start, strict=True)]
+        if violations := limit_violations(goal, limits):
+            raise JointLimit(violations, clipped(goal, soft), "refused")
+
+    def _check_way(self, way, pairs, found, begun: bool) -> None:
+        """Raise what is against `way` (N, 4), whose gaps were `found`. If it has `begun`, the arm is at its start."""
+        floor = min(0.0, found[1, :, 0].min()) if begun else 0.0
         met = found.min(axis=(0, 1)) < floor - 1e-6
+        met[:begun] = False
         if met.any():
             first = int(met.argmax())
             sags, pair = divmod(int(found[:, :, first].argmin()), len(pairs))
-            last = way[first - 1].tolist() if first else start
-            raise Collision(*pairs[pair], -found[sags, pair, first], last, sags=bool(sags))
+            raise Collision(*pairs[pair], -found[sags, pair, first], way[max(first - 1, 0)].tolist(), sags=bool(sags))
         if self.payload_g:
-            gravity.check_payload(way.tolist(), self.payload_g, already)
-        return goal
+            gravity.check_payload(way[begun:].tolist(), self.payload_g, way[0].tolist() if begun else None)
 
     def seconds(self, start, goal, seconds: float | None = None, ramp: float = RAMP) -> float:
         """`seconds` for a move, or the fewest that the speed cap allows; raises `TooFast` where they are too few.
@@ -150,7 +165,7 @@ def stalled(current_mA, speed, *weights_mA) -> list[int]:
 
 
 def _way(start, goal) -> np.ndarray:
-    """Configurations from `start` to `goal` (N, 4), the last one included, no joint turning more than STEP between."""
+    """Configurations from `start` to `goal` (N, 4), both included, no joint turning more than STEP between."""
     start, goal = np.array(start), np.array(goal)
     count = max(1, ceil(np.abs(goal - start).max() / STEP))
-    return start + (goal - start) * np.arange(1, count + 1)[:, None] / count
+    return start + (goal - start) * np.arange(count + 1)[:, None] / count

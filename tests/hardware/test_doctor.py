@@ -91,10 +91,9 @@ def test_without_a_port_the_software_is_examined_and_the_virtual_arm_offered(mon
 
 def test_every_illness_reads_as_a_sentence_on_every_system():
     facts = {"port": "COM5", "ids": "11", "ms": 16.0, "short": "ttyUSB0", "who": "", "why": "x", "reason": "y"}
-    facts |= dict.fromkeys(("found", "wanted", "off", "back", "low", "high", "volts", "degrees"), 1.0)
-    facts |= dict.fromkeys(("count", "asked", "before", "joint", "mode", "ticks", "us", "baud", "model"), 1)
-    facts |= {"percent": 5.0, "speed": 5.0, "mask": 0, "other": 13, "what": "x"}
-    facts |= dict.fromkeys(("missing", "words", "text", "angles", "version", "package", "rival", "firmware"), "z")
+    facts |= dict.fromkeys(("found", "wanted", "off", "back", "low", "high", "value", "degrees"), 1.0)
+    facts |= dict.fromkeys((*reg.REGISTERS, "count", "asked", "before", "joint", "us", "baud"), 1)
+    facts |= dict.fromkeys(("missing", "words", "text", "angles", "version", "package", "rival", "what"), "z")
     for key in ILLNESSES:
         for system in ("linux", "darwin", "win32"):
             found = find(key, 12, system, **{**facts, "wanted": "w" if key == "sdk_shadowed" else 1.0})

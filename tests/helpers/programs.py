@@ -58,10 +58,9 @@ class Trial:
         self.arm, self.robot = arm or VirtualArm(), None
         self.rows: list[tuple] = []  # time, angles, all joints powered and on?, pushed?, stopped since, restarts
         self.stopped_at, self.episode = math.inf, 0
-        live = self.arm._live
+        live, servos = self.arm._live, self.arm.servos[:4]
 
         def seen(steps):
-            servos = [self.arm.servo(servo) for servo in JOINT_IDS]
             on = all(servo.torque_on and servo.powered for servo in servos)
             if any(servo.table["goal_current"] < servo.table["current_limit"] for servo in servos):
                 on = on and self.robot.bus.is_open  # killed in a push: it holds with no more current than it pushed

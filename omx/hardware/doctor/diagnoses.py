@@ -6,6 +6,8 @@ What is judged of a single servo is in `fault_table`, for `Robot` refuses by the
 from ..fault_table import CONDITIONS, Condition
 
 _SDK = "In this folder: `python run.py lab` installs the right one; else `pip install --force-reinstall dynamixel-sdk`."
+_PLUG = "Plug the adapter in with a cable that carries data"
+_NO_ARM = "No arm? Then nothing is wrong: `Robot()` is virtual, and `--virtual` examines that one."
 
 
 def _illness(key: str, level: str, symptom: str, cause: str, remedy: str | dict[str, str]) -> Condition:
@@ -28,13 +30,10 @@ _ROWS = (
     # ---- the port ----
     _illness("no_ports", "fault", "this computer sees no USB serial port",
         "no arm is plugged in, the cable only charges, or the adapter has no driver",
-        {"linux": "Plug the adapter in with a cable that carries data; `dmesg | tail` must show ttyUSB0 or ttyACM0. "
-         "No arm? Then nothing is wrong: `Robot()` is virtual, and `--virtual` examines that one.",
-         "darwin": "Plug the adapter in with a cable that carries data; `ls /dev/tty.usb*` must show it. "
-         "No arm? Then nothing is wrong: `Robot()` is virtual, and `--virtual` examines that one.",
-         "win32": "Plug the adapter in with a cable that carries data; the Device Manager must list it under Ports. "
-         "For a U2D2 without a COM number install FTDI's VCP driver. "
-         "No arm? Then nothing is wrong: `Robot()` is virtual, and `--virtual` examines that one."}),
+        {"linux": f"{_PLUG}; `dmesg | tail` must show ttyUSB0 or ttyACM0. {_NO_ARM}",
+         "darwin": f"{_PLUG}; `ls /dev/tty.usb*` must show it. {_NO_ARM}",
+         "win32": f"{_PLUG}; the Device Manager must list it under Ports. For a U2D2 without a COM number install "
+         f"FTDI's VCP driver. {_NO_ARM}"}),
     _illness("port_absent", "fault", "there is no port {port}",
         "the plug is out, or the system gave the adapter another name",
         {"linux": "Plug it in; `ls /dev/ttyUSB* /dev/ttyACM*` shows the names.",
@@ -111,12 +110,6 @@ _ROWS = (
     _illness("joint_off", "fault", "joint {joint} reads {found:.1f} deg where you say {wanted:.1f}: {off:+.0f} deg",
         "{why}",
         "Torque off; unscrew the horn of servo {servo}, turn it by {back:+.0f} deg, screw it on, and ask again."),
-    _illness("torque_on", "note", "the motors are on: {ids}",
-        "a program left them on, and the arm holds. The EEPROM is locked meanwhile (access error)",
-        "`Robot(...).park()` folds the arm and switches them off."),
-    _illness("slow_return", "note", "servos {ids} wait {us} us before they answer",
-        "so they come from the factory (return delay, register 9)",
-        "Nothing need be done; 0 saves half a millisecond a servo: write it with the torque off."),
 )  # fmt: skip
 
 ILLNESSES: dict[str, Condition] = {row.key: row for row in (*_ROWS, *CONDITIONS)}

@@ -104,13 +104,6 @@ def _how_they_are(bus: Bus, report: Report, servos, pose_deg=None) -> None:
         report.findings += explain(error)
     for servo, at in seen.items():
         report.findings += judge(servo, at)
-    on = [servo for servo in seen if seen[servo]["torque_enable"]]
-    if on:
-        report.add("torque_on", ids=", ".join(map(str, on)))
-    slow = [servo for servo in seen if seen[servo]["return_delay_time"] > 10]
-    if slow:
-        us = 2 * max(seen[servo]["return_delay_time"] for servo in slow)
-        report.add("slow_return", ids=", ".join(map(str, slow)), us=us)
     if all(servo in seen for servo in JOINT_IDS):
         _pose(report, [units.POSITION.value(seen[servo]["present_position"]) for servo in JOINT_IDS], pose_deg)
 

@@ -6,7 +6,9 @@
 error byte before its parameters. Source: the maker's e-manual, Protocol 2.0.
 """
 
+import struct
 from enum import IntEnum
+from functools import lru_cache
 from typing import NamedTuple
 
 HEADER = b"\xff\xff\xfd\x00"
@@ -14,6 +16,7 @@ BROADCAST = 0xFE
 MAX_ID = 0xFC
 #: Longest packet that is believed: the limit of the servo's buffer.
 MAX_LENGTH = 1024
+_WORD = struct.Struct("<H")
 _PATTERN, _STUFFED = b"\xff\xff\xfd", b"\xff\xff\xfd\xfd"
 
 
@@ -86,8 +89,12 @@ def _crc_table() -> tuple[int, ...]:
 _CRC = _crc_table()
 
 
-def crc16(data, crc: int = 0) -> int:
-    """The checksum: CRC-16, polynomial 0x8005, not reflected; start from `crc` to continue an earlier one."""
+@lru_cache
+def crc16(data: bytes, crc: int = 0) -> int:
+    """The checksum: CRC-16, polynomial 0x8005, not reflected; start from `crc` to continue an earlier one.
+
+    Kept for a while: at a virtual arm both ends of the line are in one process, and ask for the same one.
+    """
     table = _CRC
     for byte in data:
         crc = (crc << 8 & 0xFF00) ^ table[crc >> 8 ^ byte]
@@ -101,7 +108,7 @@ def word(data: bytes, start: int = 0) -> int:
 
 def words(*values: int) -> bytes:
     """Each value as two bytes, low byte first."""
-    return b"".join(value.to_bytes(2, "little") for value in values)
+    return b"".join(map(_WORD.pack, values))
 
 
 def stuff(body: bytes) -> bytes:

@@ -4,7 +4,10 @@ A servo is a table of numbers: reading and writing its addresses is all there is
 servo use the same rows. Values here are raw integers; `units.py` turns them into rad, mA, V and s.
 """
 
+import struct
+from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import cached_property
 from itertools import pairwise
 from operator import index
 from typing import NamedTuple
@@ -153,13 +156,16 @@ WATCHDOG_TRIPPED = 255
 STARTUP_TORQUE_ON, STARTUP_RESTORE_RAM = 1, 2
 #: Bits of hardware_error (register 70) and of the shutdown mask (register 63).
 VOLTAGE, OVERHEATED, ENCODER, SHOCK, OVERLOAD = 0x01, 0x04, 0x08, 0x10, 0x20
+#: What each of them is called, and what brings it about.
 HARDWARE_ERRORS = {
-    VOLTAGE: "input voltage out of range",
-    OVERHEATED: "overheated",
-    ENCODER: "encoder fault",
-    SHOCK: "electrical shock or too little power",
-    OVERLOAD: "overload",
-}
+    VOLTAGE: ("input voltage out of range",
+              "its voltage was outside 9.5 .. 16 V: a weak supply, or all joints pushing at once"),
+    OVERHEATED: ("overheated", "it got hotter than its limit, 80 degrees C"),
+    ENCODER: ("encoder fault", "its encoder cannot be read: a knock, or a broken servo"),
+    SHOCK: ("electrical shock or too little power", "an electrical shock, or too little power for its motor"),
+    OVERLOAD: ("overload",
+               "it pushed hard for longer than it can: something blocks the joint, or the load is above 500 g"),
+}  # fmt: skip
 #: The control loops' gains: a backup keeps them, a new mode resets them.
 GAINS = (
     "velocity_i_gain", "velocity_p_gain", "position_d_gain", "position_i_gain", "position_p_gain",
@@ -189,7 +195,8 @@ def within(address: int, length: int) -> list[Register]:
     return [row for row in rows if row.address >= address and row.end <= address + length]
 
 
-class Block(NamedTuple):
+@dataclass(frozen=True)
+class Block:
     """Neighbouring registers read in one piece."""
 
     registers: tuple[Register, ...]
@@ -210,8 +217,12 @@ class Block(NamedTuple):
 
     def decode(self, data: bytes) -> tuple[int, ...]:
         """One integer a register, from the `size` bytes of the block."""
-        start = self.address
-        return tuple(row.decode(data[row.address - start : row.end - start]) for row in self.registers)
+        return self._layout.unpack(data)
+
+    @cached_property
+    def _layout(self) -> struct.Struct:
+        letters = ["_bh_i"[row.size] if row.signed else "_BH_I"[row.size] for row in self.registers]
+        return struct.Struct("<" + "".join(letters))
 
 
 def block(*names: str) -> Block:
@@ -228,4 +239,4 @@ PRESENT = block("present_current", "present_velocity", "present_position")
 
 def hardware_errors(bits: int) -> list[str]:
     """In words what the bits of register 70 say."""
-    return [text for bit, text in HARDWARE_ERRORS.items() if bits & bit]
+    return [name for bit, (name, _) in HARDWARE_ERRORS.items() if bits & bit]

@@ -168,4 +168,4 @@ class Protocol(dynamixel_sdk.Protocol2PacketHandler):
 
     def updateCRC(self, crc_accum, data_blk_ptr, data_blk_size):
         """The checksum of the first `data_blk_size` bytes."""
-        return pk.crc16(data_blk_ptr[:data_blk_size], crc_accum)
+        return pk.crc16(bytes(data_blk_ptr[:data_blk_size]), crc_accum)

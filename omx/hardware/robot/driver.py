@@ -161,7 +161,7 @@ class Driver:
     def _judge(self, reading: Reading) -> None:
         wrong = self.monitor.stall(reading, self.guard.payload_g)
         if self.push and not wrong:
-            if self.push.overdue:
+            if self.clock.now() >= self.push.until:  # nobody has repeated it
                 self.halt()
             else:
                 wrong = self.push.forecast(reading, {}, self.guard)
@@ -379,11 +379,10 @@ class Driver:
         with self.commanding:
             self.ready("position")
             reading = self.watch()
-            goal = self.guard.check(q, reading.q)
+            goal = self.guard.check(q, reading.q, reading.aim)
             if self.streamed is None or not self.brake.moving:
                 self.check_settings()
                 self.streamed = None
-            self.guard.check(goal, reading.aim)
             took = gate.step_seconds(self.guard, reading, self.streamed, goal, seconds)
             self.send(goal, took, ramp=0.0, confirmed=False)
             self.streamed = goal

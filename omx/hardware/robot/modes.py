@@ -51,8 +51,7 @@ def velocities(driver: Driver, speeds) -> tuple[float, ...]:
         if fastest > SLOW and gate.outside(guard, reading.q):
             raise TooFast("an arm outside its limits", fastest, SLOW, UNREPEATED_S * fastest / SLOW)
         goal = tuple(a + v * UNREPEATED_S for a, v in zip(reading.aim, speeds, strict=True))
-        guard.check(goal, reading.q)
-        driver.send(guard.check(goal, reading.aim), UNREPEATED_S, ramp=0.0, confirmed=False)
+        driver.send(guard.check(goal, reading.q, reading.aim), UNREPEATED_S, ramp=0.0, confirmed=False)
     return speeds
 
 

@@ -37,11 +37,6 @@ class Pushing:
     def __bool__(self) -> bool:
         return bool(self.joints)
 
-    @property
-    def overdue(self) -> bool:
-        """True if nobody has repeated it."""
-        return self.clock.now() >= self.until
-
     def forecast(self, reading: Reading, milliamps: Mapping[int, float], guard: Guard) -> OutOfBounds | None:
         """What the guard has against pushing with `milliamps` (id -> mA) from here: too fast, or soon too near."""
         # A motor has no inertia to speak of: what it pushes more than now decides at once how much faster it turns.

@@ -58,8 +58,7 @@ def check_path(driver: Driver, trajectory) -> None:
     points = as_rows(trajectory.q, "trajectory", 4, "four joint angles in rad a sample")
     turned = np.abs(np.diff(points, axis=0, prepend=points[:1])).max(axis=1).cumsum()
     _, picked = np.unique(turned // STEP, return_index=True)
-    for q in points[[*picked, -1]]:
-        driver.guard.check(q)
+    driver.guard.check_points(points[[*picked, -1]])
 
 
 def _look_through(driver: Driver, trajectory) -> None:

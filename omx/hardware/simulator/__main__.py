@@ -14,6 +14,14 @@ from .faults import KINDS
 from .server import PtyEnd, TcpEnd, follow, serve
 from .virtual_arm import VirtualArm
 
+#: What makes the arm less than ideal, by its name at `VirtualArm`.
+_FLAWS = {
+    "payload_g": "mass at the tool; the maker allows 500",
+    "backlash_deg": "play of each joint; the servo's data sheet: 0.25",
+    "encoder_ripple_deg": "non-linearity; the AS5045's data sheet: 0.5",
+    "encoder_noise_deg": "rms; the AS5045's data sheet: 0.03 to 0.06",
+}
+
 
 class _Parser(argparse.ArgumentParser):
     """Says in one sentence what is wrong, without the list of all options."""
@@ -57,16 +65,10 @@ def arguments() -> argparse.ArgumentParser:
         help="registers of a servo, 11 .. 15 or `all`: --set all drive_mode=4 --set 12 homing_offset=-400",
     )
     start.add_argument("--fault", action="append", default=[], help='"KIND servo=13 count=2 after=0.5 value=1"')
-    start.add_argument("--payload", type=float, default=0.0, metavar="G", help="mass at the tool; the maker allows 500")
-    start.add_argument(
-        "--backlash", type=float, default=0.0, metavar="DEG", help="play of each joint; the servo's data sheet: 0.25"
-    )
-    start.add_argument(
-        "--encoder-ripple", type=float, default=0.0, metavar="DEG", help="non-linearity; the AS5045's data sheet: 0.5"
-    )
-    start.add_argument(
-        "--encoder-noise", type=float, default=0.0, metavar="DEG", help="rms; the AS5045's data sheet: 0.03 to 0.06"
-    )
+    for name, text in _FLAWS.items():
+        option, _, unit = name.rpartition("_")
+        flag = "--" + option.replace("_", "-")
+        start.add_argument(flag, dest=name, type=float, default=0.0, metavar=unit.upper(), help=text)
     return parser
 
 
@@ -96,14 +98,7 @@ def _arm(given) -> VirtualArm:
             raise BadInput(f"--set {who} names no register: --set {who} homing_offset=-400.")
         for servo in _servos(who):
             settings.setdefault(servo, {}).update(map(_setting, registers))
-    arm = VirtualArm(
-        given.q,
-        settings=settings,
-        payload_g=given.payload,
-        backlash_deg=given.backlash,
-        encoder_ripple_deg=given.encoder_ripple,
-        encoder_noise_deg=given.encoder_noise,
-    )
+    arm = VirtualArm(given.q, settings=settings, **{name: getattr(given, name) for name in _FLAWS})
     for text in given.fault:
         arm.faults.inject_text(text)
     return arm

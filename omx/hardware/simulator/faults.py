@@ -13,6 +13,7 @@ from math import inf, radians
 from typing import NamedTuple
 
 from ...arm import ARM_IDS
+from ...arrays import as_number
 from ...errors import BadInput
 from ..dynamixel import registers as reg
 
@@ -55,7 +56,7 @@ class Faults:
         row = KINDS[kind]
         if row.of == "servo" or servo is not None:
             self._arm.servo(servo)
-        fault = Fault(kind, servo, count, after, row.value if value is None else float(value))
+        fault = Fault(kind, servo, count, after, row.value if value is None else as_number(value, "value"))
         if row.of == "wire":
             self._on_wire.append(fault)
         elif after:
@@ -120,18 +121,6 @@ def _corrupt(frame, fault, rng):
     return [frame._replace(data=bytes(data))]
 
 
-def _truncated(frame, fault, rng):
-    return [frame._replace(data=frame.data[: -int(fault.value)])]
-
-
-def _late(frame, fault, rng):
-    return [frame._replace(delay=fault.value, late=True)]
-
-
-def _noise(frame, fault, rng):
-    return [frame._replace(data=rng.randbytes(int(fault.value)) + frame.data)]
-
-
 # ---- of a servo, or of the arm: each does it and returns what undoes it, if anything can ----
 
 
@@ -147,7 +136,7 @@ def _register(name: str):
 
 def _property(name: str):
     def do(arm, fault):
-        owner = arm if fault.servo is None else arm.servo(fault.servo)
+        owner = arm.servo(fault.servo) if KINDS[fault.kind].of == "servo" else arm
         before = getattr(owner, name)
         setattr(owner, name, fault.value)
         return lambda: setattr(owner, name, before)
@@ -195,14 +184,17 @@ class Kind(NamedTuple):
 KINDS = {
     "lost": Kind("wire", "a frame does not arrive", lambda frame, fault, rng: []),
     "corrupt": Kind("wire", "one bit of a frame is flipped", _corrupt),
-    "truncated": Kind("wire", "the last `value` bytes of a frame are missing", _truncated, 3),
+    "truncated": Kind("wire", "the last `value` bytes of a frame are missing",
+                      lambda frame, fault, rng: [frame._replace(data=frame.data[: -int(fault.value)])], 3),
     "duplicated": Kind("wire", "a frame arrives twice", lambda frame, fault, rng: [frame, frame]),
-    "late": Kind("wire", "a frame arrives `value` s late", _late, 0.05),
-    "noise": Kind("wire", "`value` random bytes before a frame", _noise, 7),
+    "late": Kind("wire", "a frame arrives `value` s late",
+                 lambda frame, fault, rng: [frame._replace(delay=fault.value, late=True)], 0.05),
+    "noise": Kind("wire", "`value` random bytes before a frame",
+                  lambda frame, fault, rng: [frame._replace(data=rng.randbytes(int(fault.value)) + frame.data)], 7),
     "dead": Kind("servo", "the servo is silent and limp", _unpowered(lambda one, it: one == it)),
     "broken_chain": Kind("servo", "this servo and all after it have no cable", _unpowered(lambda one, it: one >= it)),
     "no_power": Kind("arm", "the 12 V supply is off", _unpowered(lambda one, it: True)),
-    "unplugged": Kind("arm", "the USB plug is pulled", lambda arm, fault: arm.unplug()),
+    "unplugged": Kind("arm", "the USB plug is pulled", _property("plugged"), False),
     "wrong_baud": Kind("servo", "the servo listens at the baud rate with code `value`", _register("baud_rate"), 1),
     "wrong_model": Kind("servo", "another servo is built in: model number `value`", _register("model_number"), 1060),
     "old_firmware": Kind("servo", "the servo has firmware `value`", _register("firmware_version"), 36),
@@ -219,4 +211,4 @@ KINDS = {
     "overheated": Kind("servo", "hardware error: overheated", _hardware(reg.OVERHEATED)),
     "reboots": Kind("servo", "it restarts by itself", lambda arm, fault: arm.servo(fault.servo).reboot(arm.time)),
     "low_voltage": Kind("arm", "the supply gives `value` V", _property("supply"), 9.0),
-}
+}  # fmt: skip

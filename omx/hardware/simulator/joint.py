@@ -6,6 +6,7 @@ in rad, torques in Nm, times in s.
 """
 
 import random
+from dataclasses import dataclass
 from math import copysign, exp, inf, sin
 from typing import NamedTuple
 
@@ -20,7 +21,8 @@ FRICTION = 0.1
 STICTION = 1.02
 
 
-class Drive(NamedTuple):
+@dataclass(slots=True)
+class Drive:
     """What the controller asks of the motor: torque + stiffness (target - angle), at most `limit`; or a `speed`.
 
     `full`, where it is not `limit`: the torque that the voltage allows. A current that is limited pushes weakly, but
@@ -40,7 +42,9 @@ COAST = Drive(damping=COASTING)
 
 
 class Joint:
-    """The state of one joint: `angle`, `speed`, and `effort`, the torque of the motor on what it carries.
+    """The state of one joint: `angle`, `speed`, `effort`, the torque of the motor on what it carries, and `current`.
+
+    The motor draws that current (mA), with the sign of its torque.
 
     `play` (rad, from end to end) is between what the encoder sees and the link. The link leans to the side that its
     load pushes it to, and without a load it lags behind the motion. `light`: it has nothing to carry, like fingers.
@@ -50,9 +54,7 @@ class Joint:
         self, angle: float, low=-inf, high=inf, friction: float = FRICTION, play: float = 0.0, light: bool = False
     ):
         self.angle, self.low, self.high, self.friction, self.play, self.light = angle, low, high, friction, play, light
-        self.speed = 0.0
-        self.effort = 0.0
-        self._lean = 0.0
+        self.speed = self.effort = self.current = self._lean = 0.0
         self.contact = inf  # where what it presses on balances its motor: it goes no further, though the stop is beyond
 
     @property
@@ -60,57 +62,51 @@ class Joint:
         """Where the link really is (rad): `angle`, and half of the play."""
         return self.angle + self._lean
 
-    @property
-    def current(self) -> float:
-        """What the motor draws (mA), with the sign of its torque."""
-        return self.effort / TORQUE_PER_MA
-
     def stops(self, low: float, high: float):
         """Let the joint move between these angles only."""
         self.low, self.high = low, high
 
     def settle(self, drive: Drive, load: float, dt: float):
         """Set speed and effort for the next `dt` seconds, with the torque `load` acting on the joint."""
+        limit = drive.limit
         wanted = drive.torque + drive.stiffness * (drive.target - self.angle)
         if drive.speed is not None:
-            wanted = copysign(drive.limit, drive.speed) if drive.speed else -load
-        torque = min(max(wanted, -drive.limit), drive.limit)
+            wanted = copysign(limit, drive.speed) if drive.speed else -load
+        torque = wanted if -limit <= wanted <= limit else copysign(limit, wanted)
         self.speed, self.effort = 0.0, torque
-        self._move(drive, wanted, torque, load, dt)
-        if not drive.limit:
+        if abs(torque + load) > STICTION * self.friction:
+            self._move(drive, wanted, torque, load, dt)
+        if not limit:
             self.effort = 0.0  # a motor without power draws no current, whatever turns it
+        self.current = self.effort / TORQUE_PER_MA
         if self.play and (load or self.speed):
             self._lean = copysign(self.play / 2, load or -self.speed)
 
     def _move(self, drive: Drive, wanted: float, torque: float, load: float, dt: float):
-        if abs(torque + load) <= STICTION * self.friction:
-            return
         friction = copysign(self.friction, torque + load)
         wins = self.light and drive.full and torque * (torque + load) > 0
         free = ((copysign(drive.full, torque) if wins else torque) + load - friction) / drive.damping
-        speed = _within(free, self._aimed(drive, wanted + load - friction, dt))
+        aimed = drive.speed
+        if drive.stiffness:  # the torque falls as the joint nears its target: the exact solution over dt
+            excess = wanted + load - friction
+            aimed = excess / drive.stiffness * (1 - exp(-drive.stiffness * dt / drive.damping)) / dt
+        speed = _within(free, aimed)
         self.speed = self._up_to_stop(speed, dt)
         if self.speed == speed:
             self.effort = friction - load
 
-    def _aimed(self, drive: Drive, excess: float, dt: float) -> float | None:
-        """The speed that the controller aims at: None is as fast as the torque allows."""
-        if drive.stiffness:  # the torque falls as the joint nears its target: the exact solution over dt
-            return excess / drive.stiffness * (1 - exp(-drive.stiffness * dt / drive.damping)) / dt
-        return drive.speed
-
     def _up_to_stop(self, speed: float, dt: float) -> float:
         """`speed`, or less if a stop is in the way within `dt`."""
         if speed > 0:
-            return min(speed, max(min(self.high, self.contact) - self.angle, 0.0) / dt)
-        return max(speed, min(self.low - self.angle, 0.0) / dt)
+            room = (min(self.high, self.contact) - self.angle) / dt
+            return speed if speed <= room else max(room, 0.0)
+        room = (self.low - self.angle) / dt
+        return speed if speed >= room else min(room, 0.0)
 
 
 def _within(free: float, aimed: float | None) -> float:
     """`aimed`, but not faster than `free`; a load that overpowers the motor (opposite signs) has its way."""
-    if aimed is None or aimed * free <= 0:
-        return free
-    return copysign(min(abs(aimed), abs(free)), free)
+    return free if aimed is None or aimed * free <= 0 or abs(aimed) > abs(free) else aimed
 
 
 class Encoder(NamedTuple):
@@ -131,8 +127,10 @@ class Encoder(NamedTuple):
 
     def angle(self, reading: float) -> float:
         """Where the joint is (rad) when `reading` is read."""
+        if not self.ripple:
+            return reading
         angle = reading
-        for _ in range(3 if self.ripple else 0):
+        for _ in range(3):
             angle = reading - self.ripple * sin(angle + self.phase)
         return angle
 

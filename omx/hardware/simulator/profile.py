@@ -39,8 +39,9 @@ class Trajectory(NamedTuple):
         for piece in reversed(self.pieces):
             if time >= piece.start:
                 break
-        t = time - piece.start
-        return piece.position + (piece.speed + 0.5 * piece.acceleration * t) * t, piece.speed + piece.acceleration * t
+        start, position, speed, acceleration = piece
+        t = time - start
+        return position + (speed + 0.5 * acceleration * t) * t, speed + acceleration * t
 
 
 def step(now: float, goal: float) -> Trajectory:

@@ -36,7 +36,7 @@ def answers(servos, data: bytes, now: float) -> list[Frame]:
     frames = []
     for to, instruction, params, intact in packets(data):
         for servo, request in _requests(servos, to, instruction, params, intact):
-            servo.heard(now)
+            servo.heard = now
             code, found = obey(servo, request, now)
             if servo.id == to and servo.table["status_return_level"] >= {Do.PING: 0, Do.READ: 1}.get(instruction, 2):
                 frames.append(_status(servo, code, b"" if instruction == Do.PING else found))

@@ -1,13 +1,15 @@
 """One XM430-W350: what its registers do to its motor, and what its motor does to its registers."""
 
-from math import degrees, expm1, inf
+from collections.abc import Callable
+from functools import lru_cache
+from math import degrees, expm1
 
-from ...arm import MODEL, STALL_TORQUE, SUPPLY_VOLTS, TICKS_PER_TURN, ZERO_TICK
+from ...arm import MODEL, STALL_TORQUE, SUPPLY_VOLTS, TICKS_PER_TURN
 from ..dynamixel import registers as reg
 from ..dynamixel import units
 from . import profile
-from .control_table import Effect, Table
-from .controller import FULL_PWM, POSITION_MODES, Controller
+from .control_table import FIRST_INDIRECT, GOALS, Table
+from .controller import FULL_PWM, POSITION_MODES, Controller, Settings
 from .joint import COAST, DAMPING, Drive, Encoder, Joint
 
 REBOOT_S = 0.35
@@ -17,7 +19,7 @@ _TICK = units.ANGLE.scale
 _SPEED = units.VELOCITY.scale / _TICK  # ticks/s a unit of velocity
 _ACCELERATION = units.ACCELERATION.scale / _TICK  # ticks/s^2 a unit of acceleration
 _ARRIVED, _LOST = 20, 100  # ticks of error: "in position" below, "following error" above
-_QUARTER_TURN = TICKS_PER_TURN // 4
+_VOLT = units.VOLTAGE.scale
 _MOMENT_S = 0.002  # the noise of the encoder changes this often
 
 
@@ -38,13 +40,14 @@ class Servo:
         self.volts = SUPPLY_VOLTS
         self.powered = True
         self.been_on = False  # whether its torque has ever been on
-        self.mount = 0.0  # rad by which the horn was screwed on wrong
         self._controller = Controller()
         self._store: dict[str, int] = {}
-        self._turns = self._stalled_s = 0
+        self._mount = self._stalled_s = 0.0
+        self._turns = 0
         self._changed = True  # until the controller has seen it
         self._stepped = 0.0  # the time that the joint's angle belongs to
-        self._asleep_until = self._booted = self._heard = 0.0
+        self._asleep_until = self._booted = 0.0
+        self.heard = 0.0  # when a packet for it came in last: the watchdog looks at it
         self._starting = False  # until it has done what it does at power-on
         self.table.put("goal_position", self.present())
 
@@ -56,8 +59,24 @@ class Servo:
         return self.table["id"]
 
     @property
+    def settings(self) -> Settings:
+        """What its registers come to."""
+        if self.table.written:
+            self._settings, self.table.written = Settings(self.table, self._mount, self._turns), False
+        return self._settings
+
+    @property
+    def mount(self) -> float:
+        """By how much (rad) the horn was screwed on wrong."""
+        return self._mount
+
+    @mount.setter
+    def mount(self, angle: float):
+        self._mount, self.table.written = angle, True
+
+    @property
     def torque_on(self) -> bool:
-        return bool(self.table["torque_enable"])
+        return self.settings.torque_on
 
     @property
     def baud(self) -> int:
@@ -69,62 +88,43 @@ class Servo:
 
     def hears(self, now: float, baud: int | None, protocol: int = 2) -> bool:
         """Whether it understands a packet at this rate, None being a line without one."""
-        return self.awake(now) and baud in (None, self.baud) and self.table["protocol_type"] == protocol
+        return self.table["protocol_type"] == protocol and self.awake(now) and baud in (None, self.baud)
 
     def listens_to(self, packet_id: int) -> bool:
         """Whether a packet with this id is for this servo: its id or its secondary id."""
         return packet_id == self.id or packet_id == self.table["secondary_id"] <= 252
 
-    def heard(self, now: float):
-        """A packet for this servo has come in: feed the watchdog."""
-        self._heard = now
-
     # ---- positions: rad at the joint, ticks in the registers ----
-
-    @property
-    def sign(self) -> int:
-        """-1 in reverse mode: then all that has a direction is mirrored in the registers."""
-        return -1 if self.table["drive_mode"] & reg.DRIVE_REVERSE else 1
-
-    @property
-    def _offset(self) -> int:
-        """The homing offset as far as it counts: in position mode only up to a quarter turn."""
-        offset = self.table["homing_offset"]
-        ignored = self.table["operating_mode"] == reg.MODES["position"] and abs(offset) > _QUARTER_TURN
-        return 0 if ignored else offset
-
-    @property
-    def _zero(self) -> float:
-        """The tick at which the joint is at 0 rad."""
-        return ZERO_TICK + self.sign * self.mount / _TICK + self._offset + TICKS_PER_TURN * self._turns
 
     def present(self) -> int:
         """The position (ticks) at the joint's last step, without noise."""
         return round(self._ticks(self.joint.angle))
 
     def _ticks(self, angle: float) -> float:
-        return self._zero + self.sign * self.encoder.reads(angle) / _TICK
+        settings = self.settings
+        return settings.zero + settings.sign * self.encoder.reads(angle) / _TICK
 
     def wrap(self):
         """Forget whole turns, as at power-on and at torque-on in position mode."""
-        self._turns = 0
-        self._turns = -((self.present() - self._offset) // TICKS_PER_TURN)
+        turns = (self.present() - self.settings.offset) // TICKS_PER_TURN
+        self._turns, self.table.written = self._turns - turns, True
 
     def angle_at(self, ticks: float) -> float:
         """The joint angle (rad) at which the position register reads `ticks`."""
-        return self.encoder.angle((ticks - self._zero) * self.sign * _TICK)
+        settings = self.settings
+        return self.encoder.angle((ticks - settings.zero) * settings.sign * _TICK)
 
     # ---- what the motor is told ----
 
     def drive(self, now: float, dt: float) -> Drive:
         """What the motor is told for the next `dt` s."""
-        self._changed = False
-        if not (self.torque_on and self.powered):
+        self._changed, settings = False, self.settings
+        if not (settings.torque_on and self.powered):
             return COAST
         position, speed = self._set_point(now)
-        goal = self.angle_at(position), self.sign * units.ANGLE.value(speed)
         full = STALL_TORQUE * self.volts / SUPPLY_VOLTS
-        return self._controller.drive(self.table, full, self.sign, self.joint.angle, goal, dt)
+        goal = self.angle_at(position), settings.sign * speed * _TICK
+        return self._controller.drive(settings, full, self.joint.angle, *goal, dt)
 
     def _set_point(self, now: float) -> tuple[float, float]:
         """Where the set-point is and how fast it moves (ticks, ticks/s): where the joint is, if there is none."""
@@ -132,21 +132,21 @@ class Servo:
 
     def running(self, now: float) -> bool:
         """True while the set-point still moves, or speeds up or slows down."""
-        return self.torque_on and self.trajectory is not None and now < self.trajectory.steady_from
+        return self.trajectory is not None and now < self.trajectory.steady_from
 
     @property
     def velocity(self) -> int:
         """Present velocity, in the register's units."""
-        return units.VELOCITY.raw(self.sign * self.joint.speed)
+        return units.VELOCITY.raw(self.settings.sign * self.joint.speed)
 
     def moving(self, now: float) -> bool:
         """What the register `moving` says: the set-point runs, or the joint is faster than the threshold."""
         return self.running(now) or abs(self.velocity) > self.table["moving_threshold"]
 
-    def settled(self, now: float) -> bool:
-        """True if nothing changes until the next command: the motor stands and no counter runs."""
-        busy = self._changed or self.joint.speed or self._controller.gathering or self._stalled_s
-        return not (busy or self.running(now))
+    def busy(self, now: float) -> bool:
+        """False if nothing changes until the next command: the motor stands and no counter runs."""
+        moves = self._changed or self.joint.speed or self._controller.gathering or self._stalled_s
+        return bool(moves or self.running(now))
 
     def disturb(self):
         """Something has changed from outside: the joint may move although it stood."""
@@ -156,25 +156,24 @@ class Servo:
 
     def live(self, now: float, dt: float, look: bool):
         """`dt` seconds have passed, it is `now`; `look` says that it is time to look at the thermometer."""
-        self._stepped = now
-        amps = self.joint.current / 1000
+        self._stepped, joint = now, self.joint
+        amps = joint.current / 1000
         warmth = AMBIENT + HEATING * amps * amps
         self.temperature += (warmth - self.temperature) * -expm1(-dt / COOLING_S)
-        stalled = abs(self.joint.effort) > OVERLOAD_TORQUE
-        self._stalled_s = self._stalled_s + dt if stalled else 0
+        self._stalled_s = self._stalled_s + dt if abs(joint.effort) > OVERLOAD_TORQUE else 0
         if self.awake(now):
-            if self._starting:
-                self.start(now)
             self._inspect(now, look)
 
     def _inspect(self, now: float, look: bool):
-        """Notice what is wrong: too long a stall, too hot, a wrong voltage, silence on the bus."""
-        table = self.table
+        """Start, if that is due, and notice what is wrong: a long stall, heat, a wrong voltage, silence on the bus."""
+        if self._starting:
+            self.start(now)
         if self._stalled_s > OVERLOAD_S:
             self.fail(reg.OVERLOAD)
-        if look and self.temperature > table["temperature_limit"]:
+        if look and self.temperature > self.table["temperature_limit"]:
             self.fail(reg.OVERHEATED)
-        if not table["min_voltage_limit"] <= units.VOLTAGE.raw(self.volts) <= table["max_voltage_limit"]:
+        fewest, most = self.settings.voltages
+        if not fewest <= round(self.volts / _VOLT) <= most:
             self.fail(reg.VOLTAGE)
         if now >= self._watchdog_at:
             self._trip(now)
@@ -182,9 +181,7 @@ class Servo:
     @property
     def _watchdog_at(self) -> float:
         """When the watchdog trips if nothing is heard until then; never if it is not armed."""
-        watchdog = self.table["bus_watchdog"]
-        armed = 0 < watchdog < reg.WATCHDOG_TRIPPED and self.torque_on
-        return self._heard + units.WATCHDOG.value(watchdog) if armed else inf
+        return self.heard + self.settings.patience
 
     @property
     def deadline(self) -> float:
@@ -283,8 +280,8 @@ class Servo:
 
     def read(self, address: int, length: int, now: float) -> bytes:
         """Bytes of the control table as they are now."""
-        for name in self.table.shown(_LIVE, address, length):
-            self.table.show(name, _LIVE[name](self, now))
+        for row, reads in _live(address, length):
+            self.table.show(row, reads(self, now))
         return self.table.read(address, length)
 
     def check(self, address: int, data: bytes) -> list[tuple[reg.Register, int]]:
@@ -301,15 +298,39 @@ class Servo:
 
     def set(self, name: str, value: int, now: float = 0.0):
         """Set a register, permitted or not, with all that this sets off."""
-        for effect in self.table.set(name, value, planned=self.trajectory is not None):
-            if effect is Effect.RELEASE:
-                self.release()
-            elif effect is Effect.WRAP:
-                self.wrap()
-            else:
-                self.plan(now)
+        before = self.table[name]
+        self.table.put(name, value)
+        if name == "torque_enable":
+            self._switched(now)
+        elif name == "operating_mode" and value != before:
+            self.table.new_mode()
+            self._wrap_in_position_mode()
+        elif name in GOALS:
+            self._new_goal(name, now)
         self.been_on = self.been_on or self.torque_on
         self.disturb()
+
+    def _switched(self, now: float):
+        """The torque has been switched on, or off."""
+        if not self.torque_on:
+            self.release()
+        elif self.trajectory is None:
+            # Whether real firmware sets the goal to the present position here is not known. This one does not.
+            self._wrap_in_position_mode()
+            self.plan(now)
+
+    def _new_goal(self, name: str, now: float):
+        table = self.table
+        if self.torque_on:  # the goals of other modes lay nothing anew
+            if name == ("goal_velocity" if table["operating_mode"] == reg.MODES["velocity"] else "goal_position"):
+                self.plan(now)
+        elif table["drive_mode"] & reg.DRIVE_TORQUE_BY_GOAL and not table["hardware_error"] & table["shutdown"]:
+            table.put("torque_enable", 1)
+            self._switched(now)
+
+    def _wrap_in_position_mode(self):
+        if self.table["operating_mode"] == reg.MODES["position"]:
+            self.wrap()
 
     def plan(self, now: float):
         """Lay the trajectory to the goal that the registers hold now."""
@@ -335,7 +356,7 @@ class Servo:
 
     def _position(self, now: float) -> int:
         angle = self.joint.angle + self.joint.speed * (now - self._stepped)
-        noise = self.sign * self.encoder.jitter(self.id, round(now / _MOMENT_S)) / _TICK
+        noise = self.settings.sign * self.encoder.jitter(self.id, round(now / _MOMENT_S)) / _TICK
         return round(self._ticks(angle) + noise)
 
     def _aim(self, now: float) -> int:
@@ -347,7 +368,7 @@ class Servo:
         if not self.torque_on:
             return 0
         duty = (self.joint.effort + DAMPING * self.joint.speed) / (STALL_TORQUE * self.volts / SUPPLY_VOLTS)
-        return round(self.sign * min(max(duty, -1), 1) * FULL_PWM)
+        return round(self.settings.sign * min(max(duty, -1), 1) * FULL_PWM)
 
     def _status(self, now: float) -> int:
         running, error = self.running(now), abs(self._aim(now) - self._position(now))
@@ -361,7 +382,7 @@ _LIVE = {
     "moving": Servo.moving,
     "moving_status": Servo._status,
     "present_pwm": Servo._duty,
-    "present_current": lambda servo, now: units.CURRENT.raw(servo.sign * servo.joint.current),
+    "present_current": lambda servo, now: units.CURRENT.raw(servo.settings.sign * servo.joint.current),
     "present_velocity": lambda servo, now: servo.velocity,
     "present_position": Servo._position,
     "velocity_trajectory": lambda servo, now: round(servo._set_point(now)[1] / _SPEED),
@@ -369,3 +390,11 @@ _LIVE = {
     "present_voltage": lambda servo, now: units.VOLTAGE.raw(servo.volts),
     "present_temperature": lambda servo, now: round(servo.temperature),
 }
+
+
+@lru_cache
+def _live(address: int, length: int) -> list[tuple[reg.Register, Callable[[Servo, float], int]]]:
+    """Those of them that show in `length` bytes from `address`: all, if those stand for others."""
+    end = address + length
+    rows = [(reg.REGISTERS[name], reads) for name, reads in _LIVE.items()]
+    return [(row, reads) for row, reads in rows if end > FIRST_INDIRECT or (row.address < end and row.end > address)]

@@ -30,7 +30,7 @@ def answers(servos, packet: pk.Packet, now: float, baud: int | None = None) -> l
     everyone = packet.id == pk.BROADCAST
     addressed = servos if everyone else [s for s in servos if s.listens_to(packet.id)]
     for servo in addressed:
-        servo.heard(now)
+        servo.heard = now
     if everyone and not packet.intact:
         return []
     if everyone and packet.instruction in _GROUPS:
@@ -68,16 +68,19 @@ def _bulk_read(packet, servos, now) -> list[Frame]:
 def _read_group(packet, servos, now, wanted) -> list[Frame]:
     """Each servo answers after the one before it in the list; after a missing one the rest stay silent."""
     fast = packet.instruction in _FAST
-    frames, parts = [], []
+    frames, parts, able = [], [], {}
+    for servo in servos:
+        new_enough = not fast or servo.table["firmware_version"] >= _FAST_FIRMWARE
+        if new_enough and servo.table["status_return_level"] >= 1:
+            able.setdefault(servo.id, []).append(servo)
     for servo_id, address, length in wanted:
-        able = [s for s in servos if s.id == servo_id and _able(s, fast)]
-        if not able:
+        if servo_id not in able:
             break
         request = pk.Packet(servo_id, Do.READ, pk.words(address, length))
-        answers = [obey(servo, request, now) for servo in able]
-        frames += _collide([_status(s, servo_id, *a) for s, a in zip(able, answers, strict=True)])
+        answers = [obey(servo, request, now) for servo in able[servo_id]]
+        frames += _collide([_status(s, servo_id, *a) for s, a in zip(able[servo_id], answers, strict=True)])
         error, data = answers[0]
-        parts.append((servo_id, error | _alert(able[0]), data.ljust(length, b"\0")))
+        parts.append((servo_id, error | _alert(able[servo_id][0]), data.ljust(length, b"\0")))
     if not fast or not parts:
         return frames
     whole = 1 + sum(4 + length for _, _, length in wanted)
@@ -107,11 +110,6 @@ def _write_one(servos, servo_id, params, now):
     for servo in servos:
         if servo.id == servo_id:
             obey(servo, pk.Packet(servo_id, Do.WRITE, params), now)
-
-
-def _able(servo, fast: bool) -> bool:
-    new_enough = not fast or servo.table["firmware_version"] >= _FAST_FIRMWARE
-    return new_enough and servo.table["status_return_level"] >= 1
 
 
 def _alert(servo) -> int:
@@ -160,10 +158,6 @@ def _read(servo, packet, now):
     return servo.read(pk.word(packet.params), pk.word(packet.params, 2), now)
 
 
-def _write(servo, packet, now):
-    servo.write(pk.word(packet.params), packet.params[2:], now)
-
-
 def _reg_write(servo, packet, now):
     address, data = pk.word(packet.params), packet.params[2:]
     servo.check(address, data)
@@ -185,10 +179,6 @@ def _factory_reset(servo, packet, now):
     if packet.id == pk.BROADCAST and packet.params == pk.RESET_ALL:
         raise Refusal(pk.ACCESS)  # or all servos would end up with id 1
     servo.factory_reset(now, _KEEP[packet.params])
-
-
-def _reboot(servo, packet, now):
-    servo.reboot(now)
 
 
 def _clear(servo, packet, now):
@@ -215,11 +205,11 @@ def _backup(servo, packet, now):
 _ACTIONS = {
     Do.PING: _ping,
     Do.READ: _read,
-    Do.WRITE: _write,
+    Do.WRITE: lambda servo, packet, now: servo.write(pk.word(packet.params), packet.params[2:], now),
     Do.REG_WRITE: _reg_write,
     Do.ACTION: _action,
     Do.FACTORY_RESET: _factory_reset,
-    Do.REBOOT: _reboot,
+    Do.REBOOT: lambda servo, packet, now: servo.reboot(now),
     Do.CLEAR: _clear,
     Do.BACKUP: _backup,
 }

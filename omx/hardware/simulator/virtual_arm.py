@@ -65,6 +65,7 @@ class VirtualArm:
         self.lock = threading.RLock()
         self.plugged = True
         self.now = 0.0
+        self.time = 0.0  # of the last step: what the joints' angles belong to (s)
         self._between: Grasped | None = None
         self.world = None  # a `World` makes itself known here
         self._hand = (0.0,) * 5
@@ -72,15 +73,12 @@ class VirtualArm:
         self.faults = Faults(self)
         self._steps = 0
         self._events: list[tuple[float, object]] = []
-        self._configure(settings or {})
-        self._settle()
-
-    def _configure(self, settings):
-        for servo_id, registers in settings.items():
+        for servo_id, registers in (settings or {}).items():
             servo = self.servo(servo_id)
             for name, value in registers.items():
                 servo.set(reg.register(name).name, value)
             servo.start(0.0)
+        self._settle()
 
     def servo(self, servo_id: int) -> Servo:
         """The servo that was built in as `servo_id` (11 .. 15), whatever its id register says now."""
@@ -109,7 +107,7 @@ class VirtualArm:
     @property
     def busy(self) -> bool:
         """False while nothing moves and no counter runs: then only a packet, or a deadline, changes anything."""
-        return not all(servo.settled(self.time) for servo in self.servos)
+        return any(servo.busy(self.time) for servo in self.servos)
 
     def place(self, q):
         """Move the joints (rad) by hand. Only what has no torque can be moved."""
@@ -131,12 +129,6 @@ class VirtualArm:
         self.catch_up()
         self._between = None if width is None else Grasped(width, mass_g, stiffness)
         self.disturb()
-
-    def unplug(self):
-        """Pull the USB plug; calling what this returns puts it back."""
-        self.catch_up()
-        self.plugged = False
-        return lambda: setattr(self, "plugged", True)
 
     # ---- time ----
 
@@ -209,14 +201,9 @@ class VirtualArm:
 
     def _live(self, steps: int):
         self._steps += steps
-        look = self._steps % THERMOMETER == 0
+        self.time, passed, look = self._steps * STEP_S, steps * STEP_S, self._steps % THERMOMETER == 0
         for servo in self.servos:
-            servo.live(self.time, steps * STEP_S, look)
-
-    @property
-    def time(self) -> float:
-        """The time of the last step, s: what the joints' angles belong to."""
-        return self._steps * STEP_S
+            servo.live(self.time, passed, look)
 
     def _settle(self):
         """Speeds and currents until the next step, from where everything is now."""
@@ -225,11 +212,15 @@ class VirtualArm:
         drives = [servo.drive(time, STEP_S) for servo in self.servos]
         held = not any(servo.been_on for servo in self.servos)
         on_grip, carried_g = self._grasp(drives[4].limit)
-        weight = gravity.torques(*(joint.angle for joint in joints[1:4]), (self.payload_g + carried_g) / 1000)
-        loads = (0.0, *((0.0,) * 3 if held else weight), -on_grip)
-        for joint, drive, load, push in zip(joints, drives, loads, self._hand, strict=True):
+        _, *pitch, _ = [joint.angle for joint in joints]
+        weight = (0.0, 0.0, 0.0) if held else gravity.torques(*pitch, (self.payload_g + carried_g) / 1000)
+        limp = []
+        for joint, drive, load, push in zip(joints, drives, (0.0, *weight, -on_grip), self._hand, strict=True):
             joint.settle(drive, load + push, STEP_S)
-        self._rest_on_table(drives)
+            if joint.speed and not drive.limit:
+                limp.append(joint)
+        if limp:
+            self._rest_on_table(limp)
 
     def _grasp(self, limit: float) -> tuple[float, float]:
         """The torque (Nm) with which what is between the fingers keeps them open, and the mass that they carry (g)."""
@@ -245,20 +236,19 @@ class VirtualArm:
         it.carried = force > 0 and not it.slips(force)
         return force * GRIP_TORQUE_PER_N, it.mass_g if it.carried else 0.0
 
-    def _rest_on_table(self, drives):
-        """A limp arm falls until it lies on the table."""
-        limp = [joint for joint, drive in zip(self.joints, drives, strict=True) if not drive.limit and joint.speed]
-        if limp:
-            after = [joint.angle + joint.speed * STEP_S for joint in self.joints[1:4]]
-            low = gravity.lowest(*after)
-            if low < 0 and low < gravity.lowest(*(joint.angle for joint in self.joints[1:4])):
-                for joint in limp:
-                    joint.speed = 0.0
+    def _rest_on_table(self, limp):
+        """What is `limp` falls until the arm lies on the table."""
+        pitch = self.joints[1:4]
+        low = gravity.lowest(*(joint.angle + joint.speed * STEP_S for joint in pitch))
+        if low < 0 and low < gravity.lowest(*(joint.angle for joint in pitch)):
+            for joint in limp:
+                joint.speed = 0.0
 
     def _power(self):
-        amps = sum(STANDBY_MA + abs(joint.current) for joint in self.joints) / 1000
+        amps = sum([STANDBY_MA + abs(joint.current) for joint in self.joints]) / 1000
+        volts = self.supply - SUPPLY_OHMS * amps
         for servo in self.servos:
-            servo.volts = self.supply - SUPPLY_OHMS * amps
+            servo.volts = volts
 
 
 def _angles(q) -> list[float]:

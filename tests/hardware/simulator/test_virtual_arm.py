@@ -51,7 +51,7 @@ def history(looks):
             seen.append((time, [(s.read(132, 4, time), s.table["hardware_error"]) for s in arm.servos]))
     arm.advance(5.0)
     state = [(j.angle, j.speed, j.effort) for j in arm.joints]
-    return state, [s.temperature for s in arm.servos], [dict(s.table._values) for s in arm.servos], seen
+    return state, [s.temperature for s in arm.servos], [dict(s.table) for s in arm.servos], seen
 
 
 @settings(max_examples=15, deadline=None)
