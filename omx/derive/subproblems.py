@@ -13,6 +13,9 @@ from .symbolic import wrap
 #: The pose of a hand as six-joint inverses take it: the columns n, o, a of its rotation, and its position p (mm).
 HAND = sp.symbols("nx ny nz ox oy oz ax ay az px py pz", real=True)
 
+#: The turns about x and about z, 3x3, as functions of their angle.
+turned_x, turned_z = sp.rot_ccw_axis1, sp.rot_ccw_axis3
+
 
 class Steps(list):
     """(symbol, expression) pairs for a `Function`."""
@@ -118,13 +121,3 @@ def seen(steps: Steps, name: str, turn, R):
     """`turn` R, entry by entry, with a name for each."""
     found = turn * R
     return sp.Matrix(3, 3, lambda i, j: steps.let(f"r{i + 1}{j + 1}{name}", found[i, j]))
-
-
-def turned_x(angle):
-    c, s = sp.cos(angle), sp.sin(angle)
-    return sp.Matrix([[1, 0, 0], [0, c, -s], [0, s, c]])
-
-
-def turned_z(angle):
-    c, s = sp.cos(angle), sp.sin(angle)
-    return sp.Matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]])

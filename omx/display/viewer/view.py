@@ -6,8 +6,8 @@ from itertools import zip_longest
 import numpy as np
 
 from ...arm import HOME
-from ...arrays import as_number, shown
-from ...dh import Chain, link_matrix
+from ...arrays import as_number, as_rows
+from ...dh import Chain, as_chain, link_matrix
 from ...errors import BadInput
 from ...geometry import COURSE, as_geometry
 from ...kinematics import pose as tool_pose
@@ -46,8 +46,7 @@ class View(Scene):
     @classmethod
     def of_chain(cls, chain, q=None, *, height=420, camera=Camera.ISO) -> "View":
         """A view of any `omx.Chain`, drawn from its DH table alone; `q` has one value a joint (zeros if left out)."""
-        if not isinstance(chain, Chain):
-            raise BadInput(f"`chain` must be an omx.Chain; got {shown(chain)}.")
+        as_chain(chain)
         view = cls.__new__(cls)
         view.geometry = None
         size = skeleton.reach(chain)
@@ -242,14 +241,9 @@ class View(Scene):
         return f"{self.chain.name} at q = ({angles}) deg, {tool}"
 
     def check(self, q) -> tuple[float, ...]:
-        try:
-            values = tuple(map(float, q))
-        except (TypeError, ValueError):
-            values = ()
-        if len(values) != len(self.chain) or not all(map(math.isfinite, values)):
-            wanted = f"{len(self.chain)} finite joint values in rad (mm where prismatic)"
-            raise BadInput(f"`q` must be {wanted}; got {q!r}.")
-        return values
+        """`q` as plain numbers, one a joint; `BadInput` otherwise."""
+        wanted = f"{len(self.chain)} finite joint values in rad (mm where prismatic)"
+        return tuple(as_rows(q, "q", len(self.chain), wanted, many=False).tolist())
 
     def _config(self) -> dict:
         if is_our_arm(self.geometry):
