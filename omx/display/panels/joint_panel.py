@@ -13,7 +13,6 @@ from ..viewer.arm_model import is_our_arm
 from ..viewer.view import View
 from . import tables
 from .panel import Panel, as_view
-from .terms import COLOURS, WORDS, DHTable, dh_table, lines
 
 
 class JointPanel(Panel):
@@ -36,7 +35,7 @@ class JointPanel(Panel):
         beside = [self._terms] if terms else []
         super().__init__(view, joint_sliders(self.chain, ends), q, below=[self._buttons(view)], beside=beside)
 
-    def _with_terms(self, view: View) -> DHTable:
+    def _with_terms(self, view: View) -> tables.DHTable:
         """The DH table of the arm, whose bones get their colours. Raises `BadInput` for another chain."""
         if not is_our_arm(view.geometry):
             raise BadInput("`terms` are those of the OpenMANIPULATOR-X; this view shows another chain.")
@@ -44,7 +43,7 @@ class JointPanel(Panel):
         self._shown = view.shown_frames
         view.frames(*range(len(view.chain) + 1))
         view.shown_frames = self._shown
-        table = DHTable(html=dh_table(view.chain))
+        table = tables.DHTable(html=tables.dh_table(view.chain))
         table.observe(lambda change: self._light(view, change["new"]), "lit")
         self._light(view, 0)
         return table
@@ -71,7 +70,8 @@ class JointPanel(Panel):
     def _static_data(self) -> dict:
         data = {"q": self.q, "kind": "joints", **({"section": True} if self.view.has_section else {})}
         if self._terms is not None:
-            data["terms"] = {"words": WORDS, "colours": COLOURS, "table": self._terms.html, "shown": self._shown}
+            told = {"words": tables.TERMS, "colours": tables.TERM_COLOURS, "table": self._terms.html}
+            data["terms"] = {**told, "shown": self._shown}
         return data
 
     def _on_sliders(self, values) -> None:
@@ -86,5 +86,5 @@ class JointPanel(Panel):
         values = [(n, float(T[i, 3]), "mm") for i, n in enumerate("xyz")]
         if self.view.geometry is not None:
             values.append(("pitch", math.degrees(tool_pose(self._q, self.view.geometry).pitch), "deg"))
-        formula = lines(self.view.chain.frames(self._q)) if self._terms is not None else ""
+        formula = tables.sums(self.view.chain.frames(self._q)) if self._terms is not None else ""
         self._text.value = formula + tables.matrix_table(T) + tables.value_table(values)

@@ -197,7 +197,7 @@
       return box;
     }
 
-    // r and z, term by term: what each link adds, in its colour (terms.py has the same).
+    // r and z, term by term: what each link adds, in its colour (tables.py has the same).
     sums() {
       const T = this.frames(this.q), x1 = [T[1][0][0], T[1][1][0]];
       const steps = [1, 2, 3, 4].map((i) => [0, 1, 2].map((k) => T[i][k][3] - T[i - 1][k][3]));
