@@ -36,7 +36,7 @@ class DHRow:
     alpha: Any
     prismatic: bool = False
 
-    def at(self, q) -> tuple:
+    def at(self, q) -> tuple[Any, Any, Any, Any]:
         """`(theta, d, a, alpha)` with the joint variable `q` (rad or mm) put in."""
         if self.prismatic:
             return self.theta, self.d + q, self.a, self.alpha
@@ -123,7 +123,7 @@ class Chain:
         q = self._as_values(q)
         out = np.empty((*q.shape, 4, 4))
         for i, row in enumerate(self._numeric_rows):
-            fill(out[..., i, :, :], _link(row, q[..., i], np.cos, np.sin))
+            fill(out[..., i, :, :], link_rows(*row.at(q[..., i]), np.cos, np.sin))
         if self.tool is not None:
             out[..., -1, :, :] = out[..., -1, :, :] @ self.tool
         return out
@@ -194,7 +194,7 @@ class Chain:
         if np.shape(q) not in ((len(self),), (len(self), 1), (1, len(self))):
             raise BadInput(f"`q` must be {len(self)} symbols or numbers, one a joint; got shape {np.shape(q)}.")
         links = [
-            sp.Matrix(_link(exact(row), as_expression(variable), sp.cos, sp.sin))
+            sp.Matrix(link_rows(*exact(row).at(as_expression(variable)), sp.cos, sp.sin))
             for row, variable in zip(self.rows, np.ravel(q).tolist(), strict=True)
         ]
         return [*links[:-1], links[-1] * exact_transform(self.tool)]
@@ -410,11 +410,6 @@ def limit_violations(
 def clipped(q, limits) -> tuple[float, ...]:
     """`q` with each value moved to its nearest limit where it is outside."""
     return tuple(min(max(float(value), low), high) for value, (low, high) in zip(q, limits, strict=True))
-
-
-def _link(row: DHRow, q, cos, sin) -> tuple[tuple, ...]:
-    theta, d, a, alpha = row.at(q)
-    return link_rows(theta, d, a, alpha, cos, sin)
 
 
 def link_rows(theta, d, a, alpha, cos, sin) -> tuple[tuple, ...]:

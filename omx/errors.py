@@ -1,5 +1,6 @@
 """What can go wrong, by name. Every error holds its data; every message says what to do next."""
 
+import copyreg
 import math
 import os
 import sys
@@ -26,7 +27,8 @@ class OmxError(Exception):
     note = ""
 
     def __reduce__(self):
-        return _restored, (type(self), self.args, self.__dict__)
+        # in another process it is made without its `__init__`, which takes other arguments
+        return copyreg.__newobj__, (type(self), *self.args), self.__dict__
 
     def _render_traceback_(self) -> list[str]:
         """What a notebook shows: the reader's own lines and the sentence, nothing of ours between them."""
@@ -40,13 +42,6 @@ class OmxError(Exception):
 
 def _noted(message: str) -> list[str]:
     return [message, OmxError.note] if OmxError.note else [message]
-
-
-def _restored(kind: type, args: tuple, data: dict):
-    """An error as it was, in another process: made without its `__init__`, which takes other arguments."""
-    error = kind.__new__(kind, *args)
-    error.__dict__.update(data)
-    return error
 
 
 class BadInput(OmxError, ValueError):

@@ -13,18 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .arm import HOME, LIMITS
-from .arrays import (
-    Four,
-    as_four,
-    as_four_or_rows,
-    as_rows,
-    fill,
-    in_blocks,
-    is_foreign,
-    namespace,
-    stacked,
-    wrap,
-)
+from .arrays import Four, as_four, as_four_or_rows, as_rows, fill, in_blocks, is_foreign, namespace, stacked, wrap
 from .dh import as_limits, clipped, limit_violations
 from .errors import BadInput, JointLimit, Unreachable, Violation, slip_of_unit
 from .generated import CHAPTERS

@@ -57,6 +57,13 @@ def to_rpy(R) -> RPY:
     return RPY(math.atan2(sy * R[0, 2] - cy * R[1, 2], cy * R[1, 1] - sy * R[0, 1]), pitch, yaw)
 
 
+def rigid(rotation, place) -> np.ndarray:
+    """The transform (4, 4) that turns by `rotation` (3, 3) and then shifts by `place` (3,), mm."""
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = rotation, place
+    return T
+
+
 def from_vector(vector) -> np.ndarray:
     """The rotation (3, 3) about `vector` (3,) by its length (rad): Rodrigues' formula."""
     vector = as_rows(vector, "vector", 3, "an axis times an angle in rad", many=False)

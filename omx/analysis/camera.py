@@ -12,7 +12,7 @@ import numpy as np
 
 from ..arrays import as_number, as_rows, shown
 from ..errors import BadInput, NotIdentifiable
-from ..rotation import from_vector, to_vector
+from ..rotation import from_vector, rigid, to_vector
 
 #: Nearer than this (mm) nothing is in focus, and a point behind the camera is in no picture.
 NEAREST = 1.0
@@ -35,9 +35,7 @@ class Pinhole:
         eye, at, up = (as_rows(v, n, 3, "three numbers", many=False) for v, n in ((eye, "eye"), (at, "at"), (up, "up")))
         ahead = _unit(at - eye, "`eye` and `at` must be two points.")
         right = _unit(np.cross(ahead, up), "`up` must not be the direction of sight.")
-        T = np.eye(4)
-        T[:3, :3] = np.column_stack((right, np.cross(ahead, right), ahead))
-        T[:3, 3] = eye
+        T = rigid(np.column_stack((right, np.cross(ahead, right), ahead)), eye)
         return cls(T, as_number(focal, "focal", "the focal length in pixels", 1.0))
 
     @property
@@ -105,8 +103,7 @@ def planar_pose(flat, pixels, K) -> np.ndarray:
     H = homography(flat, _rays(pixels, K)[..., :2])
     scale = sqrt(np.linalg.norm(H[:, 0]) * np.linalg.norm(H[:, 1]))
     H = H / np.copysign(scale, H[2, 2])  # the plane is in front of the camera
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = _nearest_rotation(np.column_stack((H[:, 0], H[:, 1], np.cross(H[:, 0], H[:, 1])))), H[:, 2]
+    T = rigid(_nearest_rotation(np.column_stack((H[:, 0], H[:, 1], np.cross(H[:, 0], H[:, 1])))), H[:, 2])
     points = np.column_stack((flat, np.zeros(len(flat))))
     return _fitted(T[None], lambda T: _pixels(points @ T[0, :3, :3].T + T[0, :3, 3], K) - pixels)[0][0]
 
@@ -143,8 +140,7 @@ def hand_eye(T_base_tool, flat, pixels, camera: Pinhole) -> HandEye:
     seen = np.array([planar_pose(flat, picture, camera.K) for picture in pictures])
     T_tool_tag = _closed_form(hands, seen)
     each = hands @ T_tool_tag @ np.linalg.inv(seen)
-    T_base_camera = np.eye(4)
-    T_base_camera[:3, :3], T_base_camera[:3, 3] = _nearest_rotation(each[:, :3, :3].sum(axis=0)), each[:, :3, 3].mean(0)
+    T_base_camera = rigid(_nearest_rotation(each[:, :3, :3].sum(axis=0)), each[:, :3, 3].mean(axis=0))
     points = _homogeneous(np.column_stack((flat, np.zeros(len(flat)))))
 
     def misses(both):
@@ -181,12 +177,9 @@ def _closed_form(hands, seen) -> np.ndarray:
     if len(hands) < 3 or np.linalg.svd(rest.reshape(-1, 3))[1][2] < 1e-3:
         raise NotIdentifiable(("the height of the camera", "the height of the tag in the hand"))
     others = np.array([to_vector(b[:3, :3]) for b in B])
-    X = np.eye(4)
-    X[:3, :3] = _nearest_rotation(axes.T @ others)
-    X[:3, 3] = np.linalg.lstsq(rest.reshape(-1, 3), (B[:, :3, 3] @ X[:3, :3].T - A[:, :3, 3]).reshape(-1), rcond=None)[
-        0
-    ]
-    return X
+    R = _nearest_rotation(axes.T @ others)
+    shifts = (B[:, :3, 3] @ R.T - A[:, :3, 3]).reshape(-1)
+    return rigid(R, np.linalg.lstsq(rest.reshape(-1, 3), shifts, rcond=None)[0])
 
 
 def _fitted(T, misses, rounds: int = 15):

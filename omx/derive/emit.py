@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import sympy as sp
 
 from .function import Function, label
-from .printer import BATCH, SCALAR, Dialect, Printer
+from .printer import BATCH, JAVASCRIPT, SCALAR, Dialect, Printer
 
 WIDTH = 110
 
@@ -16,9 +16,9 @@ WIDTH = 110
 class Emitter:
     """Writes one function in one dialect."""
 
-    def __init__(self, function: Function, parameters: Sequence[sp.Symbol], dialect: Dialect, printer=Printer):
+    def __init__(self, function: Function, parameters: Sequence[sp.Symbol], dialect: Dialect):
         self.function, self.parameters, self.dialect = function, tuple(parameters), dialect
-        self.printer = printer(dialect, parameters)
+        self.printer = Printer(dialect, parameters)
         self.replaced: dict = {}
 
     def source(self) -> str:
@@ -111,6 +111,21 @@ class Emitter:
 
     def _code(self, expression) -> str:
         return self.printer.code(expression.xreplace(self.replaced))
+
+
+class JavaScriptEmitter(Emitter):
+    """Writes one function as an exported JavaScript function; several results come as one array."""
+
+    def __init__(self, function: Function, parameters: Sequence[sp.Symbol]):
+        super().__init__(function, parameters, JAVASCRIPT)
+
+    def head(self) -> list[str]:
+        arguments = ", ".join(symbol.name for symbol in (*self.function.inputs, *self.parameters))
+        doc = f"{one_line(self.function.doc)} {operations(self.function, self.parameters)}.".replace("*/", "* /")
+        return [f"/** {doc} */", f"export function {self.function.name}({arguments}) {{"]
+
+    def body(self) -> list[str]:
+        return [*super().body(), "}"]
 
 
 def operations(function: Function, parameters: Sequence[sp.Symbol]) -> str:

@@ -58,7 +58,7 @@ class Function:
             if expression.args and expression.free_symbols:
                 short.setdefault(expression, symbol)
         outputs = {name: tree(value, short) for name, value in self.outputs.items()}
-        wanted = set().union(*(leaf.free_symbols for value in outputs.values() for leaf in leaves(value)))
+        wanted = set().union(*(leaf.free_symbols for leaf in sp.flatten(outputs.values())))
         kept = []
         for symbol, expression in reversed(steps):
             if symbol in wanted:
@@ -69,7 +69,7 @@ class Function:
     @cached_property
     def results(self) -> list[sp.Expr]:
         """Every expression of the outputs, in their order."""
-        return [leaf for value in self.named[1].values() for leaf in leaves(value)]
+        return sp.flatten(self.named[1].values())
 
     @cached_property
     def sines_and_cosines(self) -> set[sp.Expr]:
@@ -102,7 +102,7 @@ class Function:
             self._check_known(as_expression(expression), known, f"step `{symbol}`")
             known.add(symbol)
         for name, value in self.outputs.items():
-            for expression in leaves(tree(value)):
+            for expression in sp.flatten([tree(value)]):
                 self._check_known(expression, known, f"output `{name}`")
 
     def _check_kinds(self) -> None:
@@ -169,11 +169,6 @@ def tree(value, short: Mapping | None = None):
     if isinstance(value, (list, tuple)):
         return tuple(tree(item, short) for item in value)
     return as_expression(value).xreplace(short or {})
-
-
-def leaves(value) -> list[sp.Expr]:
-    """The expressions in nested tuples, in their order."""
-    return [leaf for item in value for leaf in leaves(item)] if isinstance(value, tuple) else [value]
 
 
 def label(angle) -> str:

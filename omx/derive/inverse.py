@@ -140,6 +140,11 @@ def _none(reason: str) -> Pattern:
     return Pattern("none", reason)
 
 
+def _first(*rules: tuple[bool, str]) -> str:
+    """What is wrong, by the first of the rules (is it broken, in words) that is broken; empty if none is."""
+    return next((words for broken, words in rules if broken), "")
+
+
 def _too_few_or_many(joints: int) -> str:
     if joints > 6:
         return (
@@ -175,35 +180,30 @@ def _six(rows) -> tuple[Pattern, ...]:
 
 def _why_no_wrist(rows) -> str:
     """What keeps axes 4, 5 and 6 from meeting at right angles; empty if nothing does."""
-    if any(row.prismatic for row in rows[3:]):
-        return "a joint of the wrist slides"
-    if rows[3].a != 0:
-        return f"axes 4 and 5 are {rows[3].a} mm apart (a of row 4)"
-    if rows[4].a != 0:
-        return f"axes 5 and 6 are {rows[4].a} mm apart (a of row 5)"
-    if _flat(rows[3]) or _flat(rows[4]):
-        return f"axes {'4 and 5' if _flat(rows[3]) else '5 and 6'} are parallel"
-    if rows[4].d != 0:
-        return f"axis 6 misses the crossing of axes 4 and 5 by {rows[4].d} mm (d of row 5)"
-    if not (_square(rows[3]) and _square(rows[4])):
-        return SLANTING
-    return ""
+    fourth, fifth = rows[3:5]
+    return _first(
+        (any(row.prismatic for row in rows[3:]), "a joint of the wrist slides"),
+        (fourth.a != 0, f"axes 4 and 5 are {fourth.a} mm apart (a of row 4)"),
+        (fifth.a != 0, f"axes 5 and 6 are {fifth.a} mm apart (a of row 5)"),
+        (_flat(fourth), "axes 4 and 5 are parallel"),
+        (_flat(fifth), "axes 5 and 6 are parallel"),
+        (fifth.d != 0, f"axis 6 misses the crossing of axes 4 and 5 by {fifth.d} mm (d of row 5)"),
+        (not (_square(fourth) and _square(fifth)), SLANTING),
+    )
 
 
 def _why_not_parallel(rows) -> str:
     """What keeps axes 2, 3 and 4 from being parallel, with a shoulder and a wrist around them; empty if nothing."""
-    if any(row.prismatic for row in rows):
-        return "a joint slides"
-    if not (_flat(rows[1]) and _flat(rows[2])):
-        return "axes 2, 3 and 4 are not parallel"
-    if rows[1].a == 0 or rows[2].a == 0:
-        return "two of the axes 2, 3 and 4 are one and the same"
-    for number in (1, 4, 5):
-        if not _square(rows[number - 1]):
-            return f"axes {number} and {number + 1} are not at a right angle"
-    if rows[4].a != 0:
-        return f"axes 5 and 6 are {rows[4].a} mm apart (a of row 5)"
-    return ""
+    first, second, third, fourth, fifth = rows[:5]
+    return _first(
+        (any(row.prismatic for row in rows), "a joint slides"),
+        (not (_flat(second) and _flat(third)), "axes 2, 3 and 4 are not parallel"),
+        (second.a == 0 or third.a == 0, "two of the axes 2, 3 and 4 are one and the same"),
+        (not _square(first), "axes 1 and 2 are not at a right angle"),
+        (not _square(fourth), "axes 4 and 5 are not at a right angle"),
+        (not _square(fifth), "axes 5 and 6 are not at a right angle"),
+        (fifth.a != 0, f"axes 5 and 6 are {fifth.a} mm apart (a of row 5)"),
+    )
 
 
 def _other_three(rows) -> str:
@@ -220,8 +220,7 @@ def _other_three(rows) -> str:
 
 def _spherical(rows) -> Pattern:
     """Axes 4, 5, 6 meet: turn and triangle (or slide) place the crossing, then the wrist turns the hand."""
-    why = _why_no_arm(rows)
-    if why:
+    if why := _why_no_arm(rows):
         return _none(
             f"axes 4, 5 and 6 meet in one point, as Pieper asks, but {why}; only arms that begin with a turn, and then "
             "two links or a slide in one plane, are written here"
@@ -236,21 +235,17 @@ def _spherical(rows) -> Pattern:
 
 def _why_no_arm(rows) -> str:
     first, second, third, fourth = rows[:4]
-    if first.prismatic or second.prismatic:
-        return f"joint {1 if first.prismatic else 2} slides"
-    if not _square(first):
-        return "axes 1 and 2 are not at a right angle"
-    if third.prismatic:
-        if not _square(second) or second.a != 0:
-            return "the slide does not pass axis 2 at a right angle"
-        if third.a != 0 or not (_flat(third) or fourth.d == 0):
-            return "their crossing is not on the line of the slide"
-        return ""
-    if not _flat(second):
-        return "axes 2 and 3 are not parallel"
-    if second.a == 0 or (third.a == 0 and (_flat(third) or fourth.d == 0)):
-        return "one of the links between shoulder, elbow and wrist has no length"
-    return ""
+    slide, along = third.prismatic, _flat(third) or fourth.d == 0  # does row 4 go on where joint 3 leads?
+    return _first(
+        (first.prismatic, "joint 1 slides"),
+        (second.prismatic, "joint 2 slides"),
+        (not _square(first), "axes 1 and 2 are not at a right angle"),
+        (slide and not (_square(second) and second.a == 0), "the slide does not pass axis 2 at a right angle"),
+        (slide and not (third.a == 0 and along), "their crossing is not on the line of the slide"),
+        (not slide and not _flat(second), "axes 2 and 3 are not parallel"),
+        (not slide and (second.a == 0 or (third.a == 0 and along)),
+         "one of the links between shoulder, elbow and wrist has no length"),
+    )  # fmt: skip
 
 
 def _parallel(rows) -> Pattern:
@@ -270,14 +265,13 @@ def _named(*choices) -> tuple[str, ...]:
 def _shoulder_and_plane(rows) -> Pattern:
     """A turn, and then two or three parallel axes: this book's arm, and its relatives."""
     number = len(rows)
-    if any(row.prismatic for row in rows):
-        return _none("a joint slides, and not all axes are parallel")
-    if not _square(rows[0]):
-        return _none("axes 1 and 2 are neither parallel nor at a right angle")
-    if not all(_flat(row) for row in rows[1 : number - 1]):
-        return _none(f"the axes from 2 to {number} are not all parallel")
-    if rows[1].a == 0 or rows[2].a == 0:
-        return _none("one of the links between shoulder, elbow and wrist has no length")
+    if why := _first(
+        (any(row.prismatic for row in rows), "a joint slides, and not all axes are parallel"),
+        (not _square(rows[0]), "axes 1 and 2 are neither parallel nor at a right angle"),
+        (not all(_flat(row) for row in rows[1 : number - 1]), f"the axes from 2 to {number} are not all parallel"),
+        (rows[1].a == 0 or rows[2].a == 0, "one of the links between shoulder, elbow and wrist has no length"),
+    ):
+        return _none(why)
     task = "x, y, z and pitch" if number == 4 else "x, y and z"
     axes = tuple(range(2, number + 1))
     reason = f"axes {listed(axes)} are parallel, at a right angle to axis 1; {task} fix all joints"
@@ -287,15 +281,17 @@ def _shoulder_and_plane(rows) -> Pattern:
 
 def _all_parallel(rows) -> Pattern:
     """Every axis has one direction: planar arms, and with a slide a SCARA."""
-    slides = [i for i, row in enumerate(rows) if row.prismatic]
+    slides = [row for row in rows if row.prismatic]
     turning = [row for row in rows if not row.prismatic]
-    if len(slides) > 1 or len(turning) not in (2, 3):
-        found = f"all axes are parallel, {len(turning)} of them turns and {len(slides)} slides"
-        return _none(f"{found}; two or three turns and one slide at most have an inverse")
-    if any(row.a != 0 for row in rows if row.prismatic):
-        return _none("the slide shifts sideways, too (its a is not 0): add that a to the row before")
-    if any(row.a == 0 for row in turning[:2]):
-        return _none("two of the axes are one and the same")
+    if why := _first(
+        (len(slides) > 1 or len(turning) not in (2, 3),
+         f"all axes are parallel, {len(turning)} of them turns and {len(slides)} slides; two or three turns and one "
+         "slide at most have an inverse"),
+        (any(row.a != 0 for row in slides),
+         "the slide shifts sideways, too (its a is not 0): add that a to the row before"),
+        (any(row.a == 0 for row in turning[:2]), "two of the axes are one and the same"),
+    ):  # fmt: skip
+        return _none(why)
     number = len(rows)
     task = ["x, y", "z" if slides else "", "yaw" if len(turning) == 3 else ""]
     reason = f"all axes are parallel; {', '.join(filter(None, task))} fix all joints: one triangle" + (

@@ -9,10 +9,9 @@ import sympy as sp
 from ..arrays import HUGE, shown
 from ..dh import DHRow, as_table
 from ..errors import BadInput
-from .emit import WIDTH, Emitter, folded, one_line, signature
+from .emit import WIDTH, Emitter, JavaScriptEmitter, folded, one_line, signature
 from .function import Function, check_name
-from .javascript import javascript
-from .printer import BATCH, SCALAR, Printer
+from .printer import BATCH, JAVASCRIPT, SCALAR, Printer
 from .symbolic import as_expression
 
 #: The first line of the note that every generated module carries; the tests find its notebook by it.
@@ -20,6 +19,9 @@ MARK = "Written by notebooks/"
 
 #: The same line in a module that no chapter of the book writes.
 SCRATCH = "Written by omx.derive. Do not edit: change the derivation and write it again."
+
+#: An angle brought into (-pi, pi] in JavaScript, as `omx.arrays.wrap` does.
+WRAP = "const wrap = (angle) => angle - 2*Math.PI*Math.ceil(angle/(2*Math.PI) - 0.5);\n"
 
 Parameters = Mapping[sp.Symbol, object] | Sequence[sp.Symbol]
 
@@ -64,9 +66,17 @@ def script(
     parameters: Parameters = (),
     branches: Sequence[str] = (),
 ) -> str:
-    """The same functions as the text of a JavaScript module."""
-    header = "\n".join(_header(notebook, doc, batch=False))
-    return javascript(functions, header, list(parameters), parameter_values(parameters), branch_names(branches))
+    """The same functions as the text of a JavaScript module, so that a page without Python moves the arm by them."""
+    header = "\n".join(f"// {line}".rstrip() for line in _header(notebook, doc, batch=False)) + "\n"
+    emitters = [JavaScriptEmitter(function, list(parameters)) for function in functions]
+    bodies = [emitter.source() for emitter in emitters]
+    helper = [WRAP] if any("wrap" in emitter.printer.used for emitter in emitters) else []
+    code = Printer(JAVASCRIPT).code
+    values = [f"    {symbol.name}: {code(value)}," for symbol, value in parameter_values(parameters).items()]
+    names = [f'    "{name}",' for name in branch_names(branches)]
+    constants = ["\n".join(["export const PARAMETERS = {", *values, "};\n"])] if values else []
+    constants += ["\n".join(["export const BRANCHES = [", *names, "];\n"])] if names else []
+    return "\n".join([header, *constants, *helper, *bodies])
 
 
 def parameter_values(parameters: Parameters) -> dict[sp.Symbol, sp.Expr]:

@@ -54,6 +54,18 @@ BATCH = Dialect(
     pair="sincos({0})",
 )
 
+JAVASCRIPT = Dialect(
+    suffix="",
+    number="number",
+    functions={name: f"Math.{name}" for name in ROOTS_AND_ARCS}
+    | {"Abs": "Math.abs", "Max": "Math.max", "Min": "Math.min", wrap.__name__: "wrap({0})"},
+    imports={"wrap": "this module"},
+    pi="Math.PI",
+    let="const ",
+    end=";",
+    brackets="[]",
+)
+
 
 class Printer(PythonCodePrinter):
     """Prints one expression; remembers in `used` the names that the module has to import.
@@ -121,6 +133,8 @@ class Printer(PythonCodePrinter):
         return self._power(base, exponent)
 
     def _power(self, base, exponent) -> str:
+        if self.dialect is JAVASCRIPT:
+            return f"Math.pow({self._print(base)}, {self._print(exponent)})"  # -x**2 is an error there
         return "**".join(self.parenthesize(part, PRECEDENCE["Pow"]) for part in (base, exponent))
 
     def _print_Mul(self, expression):

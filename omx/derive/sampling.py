@@ -1,5 +1,7 @@
 """Values of expressions at many points, so that a check can compare two of them on every branch."""
 
+from itertools import count
+
 import mpmath
 import numpy as np
 import sympy as sp
@@ -14,17 +16,14 @@ def points(symbols, ranges: dict | None = None, seed: int = 0):
 
     Values have either sign unless the symbol is known to be positive or `ranges` holds `{symbol: (low, high)}`.
     """
-    random, ranges, number = np.random.default_rng(seed), ranges or {}, 0
-    while True:
-        number += 1
+    random, ranges = np.random.default_rng(seed), ranges or {}
+    for number in count(1):
         sizes = 10 ** random.uniform(-2, 3, len(symbols)) if number % 3 == 0 else random.uniform(0.1, 8, len(symbols))
         signs = random.choice((-1.0, 1.0), len(symbols))
         shares = random.uniform(0, 1, len(symbols))
         yield {
-            symbol: low + share * (high - low) if (low, high) != (None, None) else _signed(symbol, size, sign)
-            for symbol, size, sign, share, (low, high) in zip(
-                symbols, sizes, signs, shares, (ranges.get(s, (None, None)) for s in symbols), strict=True
-            )
+            symbol: float(np.interp(share, (0, 1), ranges[symbol])) if symbol in ranges else _signed(symbol, size, sign)
+            for symbol, size, sign, share in zip(symbols, sizes, signs, shares, strict=True)
         }
 
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import sympy as sp
-from sympy.simplify.fu import TR10i
+from sympy.simplify.fu import TR1, TR2, TR10i
 
 from .. import arrays
 from ..arrays import as_count, shown
@@ -107,13 +107,7 @@ def _reduce_square(expression, base, square):
 
 def _in_sines(expression):
     """Tangents and reciprocals as sines and cosines, floats as the fractions that they print as."""
-    for function, form in (
-        (sp.tan, lambda angle: sp.sin(angle) / sp.cos(angle)),
-        (sp.cot, lambda angle: sp.cos(angle) / sp.sin(angle)),
-        (sp.sec, lambda angle: 1 / sp.cos(angle)),
-        (sp.csc, lambda angle: 1 / sp.sin(angle)),
-    ):
-        expression = expression.replace(function, form)
+    expression = TR2(TR1(expression))
     return sp.nsimplify(expression, rational=True) if expression.has(sp.Float) else expression
 
 

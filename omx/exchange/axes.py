@@ -8,6 +8,7 @@ import numpy as np
 from ..arrays import as_number, as_rows, shown
 from ..dh import Chain, DHRow, as_transform, link_matrix
 from ..errors import BadInput
+from ..rotation import rigid
 
 #: Axes nearer to parallel than this (rad) are parallel, unless the caller says otherwise: rounding, and no more.
 PARALLEL = 1e-13
@@ -60,9 +61,7 @@ def _first_frame(z, p) -> np.ndarray:
     x = np.eye(3)[0] if abs(z[0]) < 0.9 else np.eye(3)[1]
     x = x - (x @ z) * z
     x = x / np.linalg.norm(x)
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = np.column_stack((x, np.cross(z, x), z)), p - (p @ z) * z
-    return T + 0.0
+    return rigid(np.column_stack((x, np.cross(z, x), z)), p - (p @ z) * z) + 0.0
 
 
 def _to_next(T, z, p, tolerance: float, joint: int) -> tuple[float, float, float, float]:

@@ -26,7 +26,7 @@ from ..collision import capsules
 from ..dh import Chain
 from ..errors import BadInput
 from ..geometry import COURSE, Geometry, as_arm
-from ..rotation import from_rpy, to_rpy
+from ..rotation import from_rpy, rigid, to_rpy
 from .axes import PARALLEL, from_axes
 
 #: No file is larger; a number in a file is one that a robot may have (m, rad).
@@ -61,8 +61,7 @@ def text(arm: Geometry | Chain = COURSE, *, maker_base: bool = False) -> str:
     parts = _arm_parts(arm) if isinstance(arm, Geometry) else _row_parts(chain)
     for name, part in zip(links, parts, strict=True):
         _write_link(robot, name, part)
-    behind = np.eye(4)
-    behind[0, 3] = BASE_OFFSET if maker_base else 0.0
+    behind = _at((BASE_OFFSET if maker_base else 0.0, 0.0, 0.0))
     # a joint moves about its own z first: A_1 .. A_n at zero lead from one link to the next joint
     origins = [behind if chain.base is None else behind @ chain.base, *chain.matrices(np.zeros(len(chain)))]
     for i, (origin, ends) in enumerate(zip(origins, pairwise(links), strict=True)):
@@ -184,15 +183,12 @@ def _rod(a, b, radius: float):
     z = (b - a) / np.linalg.norm(b - a)
     x = np.cross(np.eye(3)[np.argmin(np.abs(z))], z)
     x /= np.linalg.norm(x)
-    T = _at(0.5 * (a + b))
-    T[:3, :3] = np.column_stack((x, np.cross(z, x), z))
-    return "cylinder", (radius, float(np.linalg.norm(b - a))), T
+    upright = rigid(np.column_stack((x, np.cross(z, x), z)), 0.5 * (a + b))
+    return "cylinder", (radius, float(np.linalg.norm(b - a))), upright
 
 
 def _at(point) -> np.ndarray:
-    T = np.eye(4)
-    T[:3, 3] = point
-    return T
+    return rigid(np.eye(3), point)
 
 
 def _inertia(mass: float, along, radius: float) -> np.ndarray:
@@ -280,15 +276,19 @@ class _Joint(NamedTuple):
             raise BadInput(f"{where} is {kind!r}: a DH table knows joints that turn and joints that slide.")
         if element.find("mimic") is not None:
             raise BadInput(f"{where} mimics another: in a DH table each joint has a value of its own.")
-        origin, axis = element.find("origin"), element.find("axis")
-        T = np.eye(4)
-        if origin is not None:
-            T[:3, :3] = from_rpy(*_three(origin.get("rpy", "0 0 0"), f"rpy of {where}"))
-            T[:3, 3] = 1e3 * _three(origin.get("xyz", "0 0 0"), f"xyz of {where}")
-        direction = _three("1 0 0" if axis is None else axis.get("xyz", "1 0 0"), f"the axis of {where}")
+        origin, axis = _told(element, "origin"), _told(element, "axis")
+        turn, place = (_three(origin.get(key, "0 0 0"), f"{key} of {where}") for key in ("rpy", "xyz"))
+        direction = _three(axis.get("xyz", "1 0 0"), f"the axis of {where}")
         if kind in MOVING and not np.linalg.norm(direction) > 1e-6:
             raise BadInput(f"the axis of {where} points nowhere: {axis.get('xyz')!r}.")
-        return cls(name, kind, T, direction, _limits(element.find("limit"), kind, where))
+        limits = _limits(element.find("limit"), kind, where)
+        return cls(name, kind, rigid(from_rpy(*turn), 1e3 * place), direction, limits)
+
+
+def _told(element, tag: str) -> dict[str, str]:
+    """The attributes of the first `tag` in an element; none where there is no such tag."""
+    found = element.find(tag)
+    return {} if found is None else found.attrib
 
 
 def _limits(limit, kind: str, where: str) -> tuple[float, float]:
@@ -350,8 +350,7 @@ def _way(joints, links: list[str], base: str | None, tip: str | None) -> list:
 
 
 def _end(joint, tag: str, links: set[str]) -> str:
-    found = joint.find(tag)
-    link = None if found is None else found.get("link")
+    link = _told(joint, tag).get("link")
     if link not in links:
         raise BadInput(f"joint {joint.get('name')!r} has the {tag} {link!r}, which is no link of the file.")
     return link

@@ -6,9 +6,8 @@ Paths without times, the torques that a motion asks for, and the fastest timing 
 from .differential_ik import iterate, joint_velocity, manipulability, task_error, task_jacobian
 from .dynamics import motor_torques
 from .paths import Path, in_joints, rounded, spline_path
-from .pick_moves import legs
 from .time_optimal import Allowed, controllable, fastest, torque_lines
-from .trajectory import Trajectory, cubic, joint_move, line, quintic, trapezoid
+from .trajectory import Trajectory, cubic, joint_move, legs, line, quintic, trapezoid
 
 __all__ = [
     "Allowed", "Path", "Trajectory", "controllable", "cubic", "fastest", "in_joints", "iterate", "joint_move",

@@ -65,7 +65,7 @@ def joint_velocity(q, velocity, damping: float = 0.0, geometry: Geometry = COURS
     damping = as_number(damping, "damping", "0 to 1e100 mm", low=0.0, high=1e100)
     J = task_jacobian(q, geometry) * _WEIGHTS[:, None]
     _one_for_each(J.shape[:-2], "q", velocity.shape[:-1], "velocity")
-    return _damped(J, velocity * _WEIGHTS, damping)
+    return damped(J, velocity * _WEIGHTS, damping)
 
 
 def task_error(pose, q, geometry: Geometry = COURSE) -> np.ndarray:
@@ -108,7 +108,7 @@ def iterate(
         errors.append(float(np.linalg.norm(error)))
         if errors[-1] < tolerance or len(path) > steps:
             break
-        q = q + _damped(J, error, damping)
+        q = q + damped(J, error, damping)
         if not np.isfinite(q).all():
             raise BadInput("the steps grow beyond all numbers: start somewhere else, or with more `damping`.")
         path.append(q.copy())
@@ -144,7 +144,7 @@ def _chain_task(pose, chain: Chain):
     return task
 
 
-def _damped(J, wanted, damping: float) -> np.ndarray:
+def damped(J, wanted, damping: float = 0.0) -> np.ndarray:
     """The joint steps for the task steps `wanted` (..., m); the least ones where J (..., m, n) is not square."""
     if damping == 0 and J.shape[-1] == J.shape[-2]:
         return np.linalg.solve(J, wanted[..., None])[..., 0]

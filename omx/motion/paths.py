@@ -14,7 +14,7 @@ from ..dh import as_limits
 from ..errors import BadInput
 from ..geometry import COURSE, Geometry, as_geometry
 from ..kinematics import JOINT_ANGLES, TASK_POSE, solve_ik
-from .differential_ik import task_jacobian
+from .differential_ik import damped, task_jacobian
 from .trajectory import TINY, cubic, solve_along
 
 
@@ -103,14 +103,10 @@ def in_joints(way: Path, start, geometry: Geometry = COURSE, limits=LIMITS) -> P
     first = solve_ik(way.q[0], as_four(start, "start", JOINT_ANGLES), geometry, limits)
     q = solve_along(way.q, np.array(first), geometry, limits, way.s / way.s[-1])
     J = task_jacobian(q, geometry)
-    dq = _solved(J, way.dq)
+    dq = damped(J, way.dq)
     h = 1e-5 / np.abs(dq).max()
     dJ = (task_jacobian(q + h * dq, geometry) - task_jacobian(q - h * dq, geometry)) / (2 * h)
-    return Path(way.s, q, dq, _solved(J, way.ddq - (dJ @ dq[..., None])[..., 0]))
-
-
-def _solved(J, velocity) -> np.ndarray:
-    return np.linalg.solve(J, velocity[..., None])[..., 0]
+    return Path(way.s, q, dq, damped(J, way.ddq - (dJ @ dq[..., None])[..., 0]))
 
 
 def _legs(points, name: str) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""From here to there in time: scalings, joint-space moves, and straight lines of the tool.
+"""From here to there in time: scalings, joint-space moves, straight lines of the tool, the legs of a pick or a place.
 
 A scaling turns normalised time u in [0, 1] into progress s in [0, 1] with its first two derivatives by u. A
 `Trajectory` is sampled: times (s), joint angles, velocities and accelerations (rad, rad/s, rad/s^2).
@@ -6,13 +6,13 @@ A scaling turns normalised time u in [0, 1] into progress s in [0, 1] with its f
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import ceil, inf, tau
+from math import ceil, inf, pi, tau
 
 import numpy as np
 
 from .. import kinematics
-from ..arm import LIMITS
-from ..arrays import as_floats, as_four, as_number, shown, wrap
+from ..arm import LIMITS, SPEED_CAP
+from ..arrays import as_floats, as_four, as_number, as_rows, shown, wrap
 from ..dh import as_limits, clipped, limit_violations
 from ..errors import BadInput, JointLimit, OmxError, PathBlocked
 from ..geometry import COURSE, Geometry
@@ -27,6 +27,11 @@ NEAR_SINGULAR = 1e-3
 
 #: The smallest number that counts as positive here, and the most samples of one motion.
 TINY, MOST_SAMPLES = 1e-9, 1e7
+
+#: How high (mm) the tool is carried between picks, and how long (s) it takes straight down or up.
+ABOVE, STRAIGHT_S = 95.0, 1.2
+#: The quintic's top speed, by its mean; and the share of the speed cap that is used.
+TOP, CAUTION = 1.875, 0.9
 
 UNIT = "shares of the time, from 0 to 1"
 
@@ -150,6 +155,27 @@ def line(
     q = solve_along(poses, q0, geometry, limits, s, look)
     qdd = np.gradient(qd, t, axis=0, edge_order=2) if len(t) > 2 else np.zeros_like(qd)
     return Trajectory(t, q, qd, qdd)
+
+
+def legs(
+    start, place, z: float, above: float = ABOVE, geometry: Geometry = COURSE, speed: float = 1.0
+) -> tuple[Trajectory, Trajectory, Trajectory]:
+    """From `start` (rad) with the hand pointing down over `place` (x, y), down to the height `z`, and up: three legs.
+
+    The first takes as long as 9/10 of the speed cap ask for; with a `speed` of 0.5 all three take twice as long. The
+    tool is `above` mm high between places, and at least 16 mm above `z`. Raises `Unreachable`, `JointLimit`,
+    `PathBlocked` or `BadInput`; the table is the guard's business.
+    """
+    start = as_four(start, "start", JOINT_ANGLES)
+    x, y = as_rows(place, "place", 2, "x and y on the table in mm", many=False)
+    z = as_number(z, "z", "a height in mm")
+    slow = 1 / as_number(speed, "speed", "a share of the full speed, above 0 and at most 1", 1e-3, 1.0)
+    high = max(as_number(above, "above", "a height in mm"), z + 16)
+    over = np.array(kinematics.solve_ik([x, y, high, -pi / 2], start, geometry).q)
+    way = float(np.abs(np.subtract(over, start)).max())
+    first = joint_move(start, over, slow * max(0.6, TOP * way / (CAUTION * SPEED_CAP)), rate=40)
+    down = line(over, [x, y, z, -pi / 2], slow * STRAIGHT_S, rate=40, geometry=geometry)
+    return first, down, line(down.q[-1], [x, y, high, -pi / 2], slow * STRAIGHT_S, rate=40, geometry=geometry)
 
 
 def _straight_way(start, pose, geometry, limits):

@@ -16,7 +16,7 @@ from book.reader import handin
 from omx import Chain, rotation
 from omx.analysis import Inverse
 from omx.derive import write_inverse
-from omx.display.panels import HandPanel, JointPanel, PosePanel, terms
+from omx.display.panels import HandPanel, JointPanel, PosePanel, tables
 from omx.display.viewer import View
 from tests.browser.latency import percentile
 from tests.browser.pages import is_blank, pixels, share_changed
@@ -379,7 +379,9 @@ def test_each_link_has_its_term_and_a_row_of_the_table_lights_its_frame(browser,
     for sum_of, name in zip(page.locator(".omx-sum").all(), "rz", strict=True):
         told = sum_of.locator("span").all_inner_texts()
         numbers = [float(term.split("\n")[-1].replace("−", "-").replace("+", "").replace(" ", "")) for term in told]
-        assert numbers == pytest.approx([v for v in terms.values(omx.frames(q))[name] if abs(v) > 1e-9], abs=0.051)
+        assert numbers == pytest.approx(
+            [v for v in tables.term_values(omx.frames(q))[name] if abs(v) > 1e-9], abs=0.051
+        )
     shown = "[0, 1, 2, 3, 4].map((i) => omxScene.viewer.scene_tree.find(['meshcat', 'frames', `${i}`]).object.visible)"
     assert frame.evaluate(shown) == [False] * 5
     page.locator(".omx-dh tbody tr").nth(2).hover()

@@ -143,8 +143,8 @@ HELPERS = {
     "Solution", "Trajectory", "Violation", "as_chain", "as_count", "as_floats", "as_four", "as_four_or_rows",
     "as_limits", "as_number", "as_rows", "as_transform", "as_word", "boundary_loops", "capsules", "clipped",
     "cpu_count", "directions", "distance", "evaluated", "exact_angle", "fill", "gaps", "in_blocks", "in_line",
-    "is_foreign", "joints", "limit_violations", "link_matrix", "link_rows", "namespace", "real_points", "shown",
-    "slip_of_unit", "solve_along", "stacked", "stale", "usable", "warn_if_stale", "wrap",
+    "is_foreign", "joints", "limit_violations", "link_matrix", "link_rows", "namespace", "real_points", "rigid",
+    "shown", "slip_of_unit", "solve_along", "stacked", "stale", "usable", "warn_if_stale", "wrap",
 }  # fmt: skip
 METHODS = {
     f"{label}.{name}": getattr(thing, name)

@@ -23,7 +23,7 @@ from omx import BadInput, Chain, DHRow, OmxError
 from omx.derive import Function, chain_functions, numbers, source, store, wrap, write, write_chain
 from omx.derive.emit import WIDTH, folded
 from omx.derive.function import label
-from omx.derive.javascript import javascript
+from omx.derive.module import script
 from omx.derive.printer import BATCH, SCALAR, Printer
 from tests.helpers import oracles
 from tests.helpers.javascript import assert_javascript
@@ -649,10 +649,10 @@ def test_javascript_computes_the_same(tmp_path):
     points = np.random.default_rng(4).uniform(-3, 3, (10, 2)).tolist()
     formulas = enumerate(FORMULAS.items())
     functions = [Function(f"f{i}", name, (x, y), {"out": formula}) for i, (name, formula) in formulas]
-    (tmp_path / "m.mjs").write_text(javascript(functions, "A test.", (), {}))
+    (tmp_path / "m.mjs").write_text(script(functions, doc="A test."))
     calls = f"[{', '.join(f'm.f{i}' for i in range(len(functions)))}].map((f) => {points}.map((p) => f(...p)))"
-    script = f"import('./m.mjs').then((m) => console.log(JSON.stringify({calls})))"
-    done = subprocess.run([node, "-e", script], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    program = f"import('./m.mjs').then((m) => console.log(JSON.stringify({calls})))"
+    done = subprocess.run([node, "-e", program], cwd=tmp_path, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
     for found, formula in zip(ast.literal_eval(done.stdout), FORMULAS.values(), strict=True):
         expected = [run(one(formula, (x, y)))(*p) for p in points]

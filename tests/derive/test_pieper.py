@@ -20,7 +20,7 @@ from book.setup.paths import ROOT
 from omx import BadInput, Chain, DHRow
 from omx.analysis import Inverse
 from omx.derive import Pattern, pattern, patterns, prove_equal, write_inverse
-from omx.derive.subproblems import Steps, triangle, turn, turned_x, wrist
+from omx.derive.pieper import Steps, triangle, turn, turned_x, wrist
 from omx.generated import ik
 from tests.helpers import oracles
 from tests.helpers.javascript import NODE

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import omx
-from omx.display.panels import JointPanel, PosePanel, tables, terms
+from omx.display.panels import JointPanel, PosePanel, tables
 from omx.display.panels.panel import Later
 from omx.display.viewer import View
 from omx.display.viewer.scene import SCENE
@@ -377,7 +377,7 @@ def test_numbers_are_written_without_minus_zero():
 def test_the_terms_of_r_and_z_are_those_of_the_chapter_and_add_up(q):
     q1, q2, q3, q4 = q
     lengths = omx.COURSE
-    shares = terms.values(omx.frames(q))
+    shares = tables.term_values(omx.frames(q))
     q23, q234, lean = q2 + q3, q2 + q3 + q4, q2 + lengths.delta
     assert shares["r"] == pytest.approx(
         [0, lengths.L2 * math.sin(lean), lengths.L3 * math.cos(q23), lengths.L4 * math.cos(q234)], abs=1e-9

@@ -128,7 +128,7 @@ def test_frames_are_labelled(view):
 def test_a_label_has_room_for_every_letter():
     font = ImageFont.truetype(font_manager.findfont(font_manager.FontProperties(family="DejaVu Sans", weight=700)), 46)
     for letter in (chr(code) for code in (*range(0x20, 0x7F), *range(0x391, 0x3CA)) if chr(code) not in "_\u03a2"):
-        assert threejs._room(letter) >= font.getlength(letter) - 1, letter
+        assert font.getlength(letter) - 1 <= threejs.LETTER, letter
     _, ratio = threejs._svg("gamma", "#000000")
     assert 64 * ratio > font.getlength("gamma") + 14, "with its halo"
 

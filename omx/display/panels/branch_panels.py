@@ -16,7 +16,7 @@ from ...arrays import shown, wrap
 from ...errors import BadInput, OmxError
 from ...kinematics import IKSolution, ik, solve_ik
 from ...kinematics import pose as tool_pose
-from ...rotation import from_rpy, to_rpy
+from ...rotation import from_rpy, rigid, to_rpy
 from ..palette import PALETTE
 from ..viewer import skeleton
 from ..viewer.arm_data import branch_names
@@ -232,9 +232,7 @@ class HandPanel(BranchPanel):
         return [*self._pose[:3, 3].tolist(), *np.degrees(to_rpy(self._pose)).tolist()]
 
     def _on_sliders(self, values) -> None:
-        self._pose = np.eye(4)
-        self._pose[:3, 3] = values[:3]
-        self._pose[:3, :3] = from_rpy(*np.radians(values[3:]))
+        self._pose = rigid(from_rpy(*np.radians(values[3:])), values[:3])
         self._solve()
 
 

@@ -2,11 +2,10 @@
 // its data, and gives lines, dots, bytes and sentences for chart.js. The kinematics are the generated formulas.
 (function () {
   "use strict";
-  const { OMX_ARM: A, OMX_KINEMATICS: K } = window, { DEG, text } = A;
-  const norm = (v) => Math.hypot(...v), minus = (a, b) => a.map((v, i) => v - b[i]);
+  const { OMX_ARM: A, OMX_KINEMATICS: K } = window, { DEG, text, minus, solved } = A;
+  const norm = (v) => Math.hypot(...v), flat = (points) => points.map((p) => p.slice(0, 2)), place = (p) => p.slice(0, 3);
   const mix = (a, b, s) => a.map((v, i) => v + s * (b[i] - v));
   const times = (M, v) => M.map((row) => row.reduce((sum, m, i) => sum + m * v[i], 0));
-  const column = (M, i) => M.map((row) => row[i]);
   const steps = (low, high, count) => Array.from({ length: count + 1 }, (_, i) => low + (high - low) * i / count);
 
   // What leads from the straight line through a and b to a point, as a length.
@@ -14,20 +13,6 @@
     const way = minus(b, a), size = norm(way), out = minus(point, a);
     const share = out.reduce((sum, v, i) => sum + v * way[i], 0) / (size * size || 1);
     return norm(out.map((v, i) => v - share * way[i]));
-  }
-
-  // x with M x = v, by elimination with the largest pivot; not finite where M is singular.
-  function solved(M, v) {
-    const rows = M.map((row, i) => [...row, v[i]]), n = v.length;
-    for (let k = 0; k < n; k++) {
-      const best = rows.slice(k).reduce((at, row, i) => (Math.abs(row[k]) > Math.abs(rows[at][k]) ? k + i : at), k);
-      [rows[k], rows[best]] = [rows[best], rows[k]];
-      for (let i = 0; i < n; i++) {
-        const factor = rows[i][k] / rows[k][k];
-        if (i !== k) rows[i] = rows[i].map((m, j) => m - factor * rows[k][j]);
-      }
-    }
-    return rows.map((row, i) => row[n] / row[i]);
   }
 
   // The servo's answer to "your speed and your position", byte by byte.
@@ -55,11 +40,10 @@
 
   // A log of the arm seen from above: where the tool was sent, and where it was.
   function log([time], { t, measured, commanded, corners, starts, arm }) {
-    const tool = (q_deg) => K.fk.pose(...q_deg.map((v) => v * DEG), ...arm.geometry).slice(0, 3);
+    const tool = (q_deg) => place(A.pose(q_deg.map((v) => v * DEG), arm));
     const at = t.findLastIndex((moment) => moment <= time + 1e-9), side = starts.findLastIndex((start) => start <= t[at] + 1e-9);
     const way = measured.map(tool), [here, sent] = [way[at], tool(commanded[at])];
     const off = minus(measured[at], commanded[at]), most = off.reduce((k, v, i) => (Math.abs(v) > Math.abs(off[k]) ? i : k), 0);
-    const flat = (points) => points.map(([x, y]) => [x, y]);
     return {
       x: "x (mm)", y: "y (mm)", square: true,
       lines: [{ label: "straight sides", points: flat(corners), colour: 0, dash: true }, { label: "measured", points: flat(way.slice(0, at + 1)), colour: 4 },
@@ -72,7 +56,7 @@
 
   // Straight in space and straight in joint space, seen from above.
   function ways([x, y, z], { start, pitch, arm }) {
-    const first = K.fk.pose(...start, ...arm.geometry), goal = [x, y, z, pitch], way = minus(goal, first);
+    const first = A.pose(start, arm), goal = [x, y, z, pitch], way = minus(goal, first);
     way[3] = A.turn(way[3]);
     const straight = [first], N = 100;
     let q = start, blocked = "";
@@ -83,8 +67,7 @@
       else straight.push(asked), (q = next.q);
     }
     const end = A.nearest(A.branches(goal, arm), goal, start, arm)?.q;
-    const bent = end ? steps(0, 1, N).map((s) => K.fk.pose(...mix(start, end, s), ...arm.geometry)) : [];
-    const flat = (points) => points.map((p) => p.slice(0, 2)), place = (p) => p.slice(0, 3);
+    const bent = end ? steps(0, 1, N).map((s) => A.pose(mix(start, end, s), arm)) : [];
     const bulge = Math.max(0, ...bent.map((p) => beside(place(p), place(first), place(goal))));
     const near = Math.min(...straight.map((p) => Math.hypot(p[0], p[1])));
     return {
@@ -99,7 +82,7 @@
   // Many arms with joints a little off: where their tips are, and what the Jacobian says.
   function cloud([sigma_deg, shoulder, elbow], { draws, arm }) {
     const sigma = sigma_deg * DEG, q = [0, shoulder * DEG, elbow * DEG, 0];
-    const tip = (p) => K.fk.pose(...p, ...arm.geometry).slice(0, 3), nominal = tip(q);
+    const tip = (p) => place(A.pose(p, arm)), nominal = tip(q);
     const off = draws.map((draw) => minus(tip(q.map((v, i) => v + sigma * draw[i])), nominal));
     const J = K.jacobian.jacobian(...q, ...arm.geometry).slice(0, 3), [out, , up] = J;
     const dot = (a, b) => a.reduce((sum, v, i) => sum + v * b[i], 0) * sigma * sigma;
@@ -124,7 +107,7 @@
     function move(gap, damp) {
       const q = [straight[0], straight[1], straight[2] + gap * DEG, straight[3]];
       const J = [...K.jacobian.jacobian(...q, ...arm.geometry).slice(0, 3), [0, -1, -1, -1]].map((row, i) => row.map((v) => v * weights[i]));
-      const turned = J.map((_, i) => column(J, i)), inner = J.map((row, i) => times(J, row).map((v, j) => v + (i === j ? damp * damp : 0)));
+      const turned = J.map((_, i) => J.map((row) => row[i])), inner = J.map((row, i) => times(J, row).map((v, j) => v + (i === j ? damp * damp : 0)));
       const wanted = outward.map((v, i) => v * weights[i]), qd = damp ? times(turned, solved(inner, wanted)) : solved(J, wanted);
       return { fastest: Math.max(...qd.map(Math.abs)) / DEG, got: times(J, qd).map((v, i) => v / weights[i]) };
     }

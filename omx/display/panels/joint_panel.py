@@ -8,11 +8,11 @@ from ...arm import HOME
 from ...dh import Chain, clipped
 from ...errors import BadInput
 from ...kinematics import pose as tool_pose
+from ..viewer.arm_data import joint_sliders, slider_ends
 from ..viewer.arm_model import is_our_arm
 from ..viewer.view import View
 from . import tables
 from .panel import Panel, as_view
-from .terms import COLOURS, WORDS, DHTable, dh_table, lines
 
 
 class JointPanel(Panel):
@@ -25,17 +25,17 @@ class JointPanel(Panel):
 
     def __init__(self, view: View | None = None, *, q=None, limits=None, terms=False):
         view = as_view(view or View(HOME if q is None else q))
-        self.chain = _limited(view.chain, limits)
-        rows = []
-        for row, name, (low, high) in zip(self.chain.rows, self.chain.names, self.chain.limits, strict=True):
-            unit, scale = ("mm", 1.0) if row.prismatic else ("deg", 180 / math.pi)
-            rows.append((name, unit, *_ends(scale * low, scale * high)))
+        chain = view.chain
+        limits = chain.limits if limits is None else Chain(chain.rows, limits).limits
+        ends = slider_ends(chain, limits)
+        self.chain = Chain(chain.rows, ends, chain.names, chain.name, chain.base, chain.tool)
         view.let_drag(self.chain.limits, handle=False)
         self._terms = self._with_terms(view) if terms else None
         q = clipped(view.q, self.chain.limits) if q is None else q
-        super().__init__(view, rows, q, below=[self._buttons(view)], beside=[self._terms] if terms else [])
+        beside = [self._terms] if terms else []
+        super().__init__(view, joint_sliders(self.chain, ends), q, below=[self._buttons(view)], beside=beside)
 
-    def _with_terms(self, view: View) -> DHTable:
+    def _with_terms(self, view: View) -> tables.DHTable:
         """The DH table of the arm, whose bones get their colours. Raises `BadInput` for another chain."""
         if not is_our_arm(view.geometry):
             raise BadInput("`terms` are those of the OpenMANIPULATOR-X; this view shows another chain.")
@@ -43,7 +43,7 @@ class JointPanel(Panel):
         self._shown = view.shown_frames
         view.frames(*range(len(view.chain) + 1))
         view.shown_frames = self._shown
-        table = DHTable(html=dh_table(view.chain))
+        table = tables.DHTable(html=tables.dh_table(view.chain))
         table.observe(lambda change: self._light(view, change["new"]), "lit")
         self._light(view, 0)
         return table
@@ -70,7 +70,8 @@ class JointPanel(Panel):
     def page_data(self) -> dict:
         data = {"q": self.q, "kind": "joints", **({"section": True} if self.view.has_section else {})}
         if self._terms is not None:
-            data["terms"] = {"words": WORDS, "colours": COLOURS, "table": self._terms.html, "shown": self._shown}
+            told = {"words": tables.TERMS, "colours": tables.TERM_COLOURS, "table": self._terms.html}
+            data["terms"] = {**told, "shown": self._shown}
         return {**super().page_data(), "panel": data}
 
     def _on_sliders(self, values) -> None:
@@ -85,28 +86,5 @@ class JointPanel(Panel):
         values = [(n, float(T[i, 3]), "mm") for i, n in enumerate("xyz")]
         if self.view.geometry is not None:
             values.append(("pitch", math.degrees(tool_pose(self._q, self.view.geometry).pitch), "deg"))
-        formula = lines(self.view.chain.frames(self._q)) if self._terms is not None else ""
+        formula = tables.sums(self.view.chain.frames(self._q)) if self._terms is not None else ""
         self._text.value = formula + tables.matrix_table(T) + tables.value_table(values)
-
-
-def _limited(chain: Chain, limits) -> Chain:
-    """The chain with limits for its sliders: those given, its own, or half a turn and 100 mm where there are none."""
-    limits = chain.limits if limits is None else Chain(chain.rows, limits).limits
-    free = [(0.0, 100.0) if row.prismatic else (-math.pi, math.pi) for row in chain.rows]
-    ends = [_finite(*pair) for pair in zip(limits or free, free, strict=True)]
-    return Chain(chain.rows, ends, chain.names, chain.name, chain.base, chain.tool)
-
-
-def _finite(limit, free) -> tuple[float, float]:
-    """The limits of one joint; where it has no end, that of a free joint."""
-    low, high = limit
-    low = low if math.isfinite(low) else min(free[0], high - 1.0)
-    return low, high if math.isfinite(high) else max(free[1], low + 1.0)
-
-
-def _ends(low: float, high: float) -> tuple[float, float, float]:
-    """A slider's ends and step: whole numbers within the limits, but for rounding; a short range as it is."""
-    first, last = math.ceil(low - 1e-6), math.floor(high + 1e-6)
-    if last - first < 2:
-        return low, high, (high - low) / 100 or 1.0
-    return first, last, 1.0

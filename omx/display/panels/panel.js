@@ -61,12 +61,17 @@
         if (!pose) this.choice.value = NEAREST;
         this.solve(!pose);
       }
+      this.follow();
+      this.write();
+      if (done) this.send();
+    }
+
+    // The sliders go where the arm is.
+    follow() {
       this.inputs.forEach((input, i) => {
         input.value = this.pose ? this.values[i] : this.q[i] / this.scales[i];
         input.tell();
       });
-      this.write();
-      if (done) this.send();
     }
 
     // Tell the scene; the newest position always wins, one message a repaint.
@@ -134,13 +139,17 @@
       return list;
     }
 
-    // The joint values, or the row, that the sliders stand for.
-    heard() {
-      this.q = this.inputs.map((input, k) => Number(input.value) * this.scales[k]);
-      this.show();
+    // Sliders for joint values, or for a DH row, q.
+    makePlainSliders(rows) {
+      this.scales = rows.map(([, unit]) => (unit === "mm" ? 1 : DEG));
+      return this.makeSliders(rows.map(([name, unit, low, high, step], i) => [name, unit, low, high, this.q[i] / this.scales[i], step]), () => {
+        this.q = this.inputs.map((input, i) => Number(input.value) * this.scales[i]);
+        this.show();
+      });
     }
 
-    slider(list, hear, name, unit, low, high, value, step = 1) {
+    slider(list, hear, word, kind, low, high, value, step = 1) {
+      const name = GREEK[word] ?? word, unit = kind === "deg" ? "\u00b0" : kind;
       const input = element("input", { type: "range", min: low, max: high, step, "aria-label": unit ? `${name} in ${unit}` : name });
       input.value = value;
       const output = element("output", {}), digits = (String(step).split(".")[1] ?? "").length;
@@ -159,25 +168,17 @@
     // -- joints ---------------------------------------------------------------------------------------------------
 
     jointsControls() {
-      const joints = this.q.map((_, i) => {
-        const sliding = this.about.rows[i].prismatic;
-        const scale = sliding ? 1 : DEG;
-        const [low, high] = this.about.limits?.[i] || (sliding ? [0, 100] : [-Math.PI, Math.PI]);
-        return { scale, low: Math.ceil(low / scale - 1e-6), high: Math.floor(high / scale + 1e-6), unit: sliding ? "mm" : "\u00b0" };
-      });
-      this.scales = joints.map(({ scale }) => scale);
-      const rows = joints.map(({ scale, low, high, unit }, i) => [this.about.names[i], unit, low, high, this.q[i] / scale]);
-      const sliders = this.makeSliders(rows, () => this.heard());
+      const rows = this.about.sliders, sliders = this.makePlainSliders(rows);
       const go = (name, q) => {
         const button = element("button", { type: "button" }, name);
         button.addEventListener("click", () => {
           this.q = [...q];
-          this.inputs.forEach((input, k) => { input.value = q[k] / joints[k].scale; input.tell(); });
+          this.follow();
           this.show();
         });
         return button;
       };
-      const poses = [go("zero", joints.map(({ low, high, scale }) => scale * Math.min(Math.max(0, low), high)))];
+      const poses = [go("zero", rows.map(([, , low, high], i) => this.scales[i] * Math.min(Math.max(0, low), high)))];
       if (this.about.home) poses.push(go("home", this.about.home));
       sliders.append(element("p", { class: "omx-poses" }, ...poses));
       if (this.terms) this.controls.append(this.dhTable());
@@ -196,7 +197,7 @@
       return box;
     }
 
-    // r and z, term by term: what each link adds, in its colour (terms.py has the same).
+    // r and z, term by term: what each link adds, in its colour (tables.py has the same).
     sums() {
       const T = this.frames(this.q), x1 = [T[1][0][0], T[1][1][0]];
       const steps = [1, 2, 3, 4].map((i) => [0, 1, 2].map((k) => T[i][k][3] - T[i - 1][k][3]));
@@ -231,12 +232,7 @@
 
     // -- one DH row -----------------------------------------------------------------------------------------------
 
-    rowControls() {
-      this.scales = this.sliders.map(([, unit]) => (unit === "mm" ? 1 : DEG));
-      const rows = this.sliders.map(([name, unit, low, high], i) =>
-        [GREEK[name] || name, unit === "mm" ? "mm" : "\u00b0", low, high, this.q[i] / this.scales[i]]);
-      this.makeSliders(rows, () => this.heard());
-    }
+    rowControls() { this.makePlainSliders(this.sliders); }
 
     writeRow() {
       const link = A.link(...this.q), at = [0, 1, 2].map((i) => `${"xyz"[i]} = ${text(link[i][3], 1)}`);
@@ -250,7 +246,7 @@
       const task = A.task(this.about), changed = () => { this.solve(); this.show(); };
       this.pose = A.pose(this.q, this.about);
       this.values = task.values(this.pose);
-      const rows = this.sliders.map(([name, unit, low, high], i) => [name, unit === "mm" ? "mm" : "\u00b0", low, high, this.values[i]]);
+      const rows = this.sliders.map((row, i) => [...row, this.values[i]]);
       const sliders = this.makeSliders(rows, (i) => {
         this.values[i] = Number(this.inputs[i].value); // the others keep what they stand for
         this.pose = task.asked(this.values);

@@ -10,8 +10,7 @@ import logging
 logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
 
 from .arms import planar, side_view  # noqa: E402
-from .charts import curves  # noqa: E402
+from .charts import cloud, curves, plane, plane_map  # noqa: E402
 from .picture import Picture  # noqa: E402
-from .places import cloud, plane, plane_map  # noqa: E402
 
 __all__ = ["Picture", "cloud", "curves", "planar", "plane", "plane_map", "side_view"]

@@ -9,6 +9,7 @@ from matplotlib.patches import Arc
 
 from ... import kinematics
 from ...arrays import as_four
+from ...collision import capsules
 from ...geometry import COURSE, Geometry
 from ..palette import INK, PALE, PALETTE
 from .picture import Picture, as_points, axes_of, finish, point_text
@@ -107,10 +108,7 @@ def _angle_marks(axes, arm) -> None:
 
 def _outline(q, geometry: Geometry, facing: float) -> np.ndarray:
     """Points (6, 2) in the plane r, z: base, shoulder, the dog-leg's corner, elbow, wrist, tool."""
-    frames = kinematics.frames(q, geometry)
-    x, y, z = frames[:, :3, 3].T
-    r = x * math.cos(facing) + y * math.sin(facing)
-    points = np.column_stack((r, z))
-    lean, side = q[1], math.cos(q[0] - facing)
-    corner = points[1] + geometry.L2 * math.cos(geometry.delta) * np.array((side * math.sin(lean), math.cos(lean)))
-    return np.insert(points, 2, corner, axis=0)
+    _, upper_arm, _, forearm, *_ = capsules(q, geometry)
+    tool = kinematics.pose(q, geometry)[:3]
+    x, y, z = np.transpose([(0, 0, 0), upper_arm.a, upper_arm.b, forearm.a, forearm.b, tool])
+    return np.column_stack((x * math.cos(facing) + y * math.sin(facing), z))

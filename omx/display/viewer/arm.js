@@ -233,7 +233,8 @@
     const unit = (i) => (about.rows[i].prismatic ? SLIDE : 1), fixed = new Map();
     for (;;) {
       const rest = minus(miss, [0, 1, 2].map((k) => [...fixed].reduce((sum, [i, by]) => sum + J[i][k] * by, 0)));
-      const force = solved(J.filter((_, i) => !fixed.has(i)), rest, damping ** 2);
+      const free = J.filter((_, i) => !fixed.has(i)), entry = (i, k) => free.reduce((sum, c) => sum + c[i] * c[k], i === k ? damping ** 2 : 0);
+      const force = solved([0, 1, 2].map((i) => [0, 1, 2].map((k) => entry(i, k))), rest); // (J J^T + damping^2)^-1 of what is left
       const step = q.map((_, i) => fixed.get(i) ?? (J[i] ? dot(J[i], force) : 0));
       const beyond = step.findIndex((by, i) => J[i] && !fixed.has(i) && q[i] + unit(i) * by !== clipped(q[i] + unit(i) * by, about, i));
       if (beyond < 0) return q.map((v, i) => clipped(v + unit(i) * step[i], about, i));
@@ -245,11 +246,18 @@
   const applied = (T, p) => [0, 1, 2].map((k) => dot(T[k], p) + T[k][3]);
   const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 
-  // (J J^T + damping)^-1 v, by Cramer's rule; J holds a column a joint.
-  function solved(J, v, damping) {
-    const M = [0, 1, 2].map((i) => [0, 1, 2].map((k) => J.reduce((sum, c) => sum + c[i] * c[k], i === k ? damping : 0)));
-    const [x, y, z] = [cross(M[1], M[2]), cross(M[2], M[0]), cross(M[0], M[1])], all = dot(M[0], x);
-    return [0, 1, 2].map((i) => (x[i] * v[0] + y[i] * v[1] + z[i] * v[2]) / all);
+  // x with M x = v, by elimination with the largest pivot; not finite where M is singular.
+  function solved(M, v) {
+    const rows = M.map((row, i) => [...row, v[i]]), n = v.length;
+    for (let k = 0; k < n; k++) {
+      const best = rows.slice(k).reduce((at, row, i) => (Math.abs(row[k]) > Math.abs(rows[at][k]) ? k + i : at), k);
+      [rows[k], rows[best]] = [rows[best], rows[k]];
+      for (let i = 0; i < n; i++) {
+        const factor = rows[i][k] / rows[k][k];
+        if (i !== k) rows[i] = rows[i].map((m, j) => m - factor * rows[k][j]);
+      }
+    }
+    return rows.map((row, i) => row[n] / row[i]);
   }
 
   // ---- how near the arm comes to the table and to itself -------------------------------------------------------------
@@ -287,6 +295,6 @@
     return other === "table" ? `${one} ${mm} below the table` : `${one} and ${other} overlap by ${mm}`;
   }
 
-  window.OMX_ARM = { DEG, IDENTITY, text, turn, product, link, chainFrames, frames, pose, columns, rows, at, target, poseOf, joints,
+  window.OMX_ARM = { DEG, IDENTITY, text, turn, minus, solved, product, link, chainFrames, frames, pose, columns, rows, at, target, poseOf, joints,
     ellipse, task, branches, nearest, closest, families, violations, words, inUnit, pull, applied, gaps, touching, learn, resized };
 })();

@@ -22,6 +22,35 @@ def branch_names() -> list[str]:
     return [branch_name(front, elbow_up) for front, elbow_up in BRANCHES]
 
 
+def slider_ends(chain, limits) -> list[tuple[float, float]]:
+    """Where each joint's slider ends (rad, mm): at its limits; where it has none, half a turn or 100 mm from zero."""
+    free = [(0.0, 100.0) if row.prismatic else (-math.pi, math.pi) for row in chain.rows]
+    return [_finite(*pair) for pair in zip(limits or free, free, strict=True)]
+
+
+def _finite(limit, free) -> tuple[float, float]:
+    low, high = limit
+    low = low if math.isfinite(low) else min(free[0], high - 1.0)
+    return low, high if math.isfinite(high) else max(free[1], low + 1.0)
+
+
+def joint_sliders(chain, limits) -> list[list]:
+    """Name, unit, ends and step of each joint's slider, in degrees and mm."""
+    rows = []
+    for name, row, ends in zip(chain.names, chain.rows, slider_ends(chain, limits), strict=True):
+        unit, scale = ("mm", 1.0) if row.prismatic else ("deg", 180 / math.pi)
+        rows.append([name, unit, *_whole(*(scale * end for end in ends))])
+    return rows
+
+
+def _whole(low: float, high: float) -> tuple[float, float, float]:
+    """A slider's ends and step: whole numbers within the limits, but for rounding; a short range as it is."""
+    first, last = math.ceil(low - 1e-6), math.floor(high + 1e-6)
+    if last - first < 2:
+        return low, high, (high - low) / 100 or 1.0
+    return first, last, 1.0
+
+
 def chain_data(chain, limits, inverse=None) -> dict:
     """Any chain: its table, joints' names and limits (rad, mm; None where there is no end), reach (mm), and colours.
 
@@ -30,6 +59,7 @@ def chain_data(chain, limits, inverse=None) -> dict:
     fixed = {name: T.tolist() for name in ("base", "tool") if (T := getattr(chain, name)) is not None}
     about = {
         **fixed, "rows": [_numbers(row) for row in chain.rows], "names": list(chain.names), "reach": reach(chain),
+        "sliders": joint_sliders(chain, limits),
         "limits": None if limits is None else [[v if math.isfinite(v) else None for v in pair] for pair in limits],
     }  # fmt: skip
     source = inverse and Path(inverse.module.__file__).with_suffix(".js")

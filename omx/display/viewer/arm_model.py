@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from ...rotation import rigid
 from . import skeleton
 from .mesh import Solid, circle, slot
 from .threejs import GHOST, METAL, Drawing
@@ -239,9 +240,7 @@ def _span(side: int, near: float, far: float) -> tuple[float, float]:
 
 def _pose(origin, x, z):
     """A rigid 4x4 from an origin (mm) and two of its axes."""
-    out = np.eye(4)
-    out[:3, 0], out[:3, 1], out[:3, 2], out[:3, 3] = x, np.cross(z, x), z, origin
-    return out
+    return rigid(np.column_stack((x, np.cross(z, x), z)), origin)
 
 
 def _turn_y(angle: float):
@@ -253,6 +252,4 @@ def _turn_y(angle: float):
 def _into_frame(origin, rise: float):
     """From a link's building frame to its DH frame at `origin`, whose x axis rises by `rise` (rad) and z is y."""
     c, s = math.cos(rise), math.sin(rise)
-    frame = np.eye(4)
-    frame[:3, 0], frame[:3, 1], frame[:3, 2], frame[:3, 3] = (c, 0, s), (s, 0, -c), (0, 1, 0), origin
-    return np.linalg.inv(frame)
+    return np.linalg.inv(rigid([[c, s, 0], [0, 0, 1], [s, -c, 0]], origin))

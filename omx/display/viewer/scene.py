@@ -4,7 +4,7 @@ import os
 
 import numpy as np
 
-from ...arrays import as_four, as_number, as_word
+from ...arrays import as_four, as_number, as_rows, as_word
 from ...errors import BadInput
 from ..palette import INK, VERMILION
 from . import annotations, environment, html_export
@@ -176,17 +176,14 @@ def _size(name: str, value) -> float:
     return as_number(value, name, "a length in mm above 0", low=1e-3, high=1e6)
 
 
-def _vector(name: str, value):
-    vector = np.asarray(value, float)
-    if vector.shape != (3,) or not np.isfinite(vector).all():
-        raise BadInput(f"`{name}` must be three finite numbers, shape (3,); got {value!r}.")
-    return vector
+def _vector(name: str, value) -> np.ndarray:
+    return as_rows(value, name, 3, "three finite numbers", many=False)
 
 
-def _matrix(value):
-    matrix = np.asarray(value, float)
-    if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
-        raise BadInput(f"a pose must be a finite array of shape (4, 4), in mm; got shape {matrix.shape}.")
+def _matrix(value) -> np.ndarray:
+    matrix = as_rows(value, "pose", 4, "a pose (4, 4), in mm")
+    if matrix.shape != (4, 4):
+        raise BadInput(f"`pose` must be of shape (4, 4), in mm; got shape {matrix.shape}.")
     return matrix
 
 

@@ -18,8 +18,8 @@ FLAT = {"type": "MeshBasicMaterial", "side": 2}
 #: Drawn over everything, so that axes inside a servo can be seen.
 ON_TOP = {"depthTest": False, "depthWrite": False, "transparent": True}
 
-#: What is at most as wide as a zero in a label; the rest may be as wide as an m.
-NARROW = frozenset("abcdefghijklnopqrstuvxyz0123456789 .,'-/{}()")
+#: Room (px) for a letter of a label: that of the widest, since labels are centred and what is too much shows nowhere.
+LETTER = 52
 
 
 class Drawing:
@@ -107,16 +107,11 @@ def _loop(kind: str, outline) -> dict:
     return {"type": kind, "curves": curves, "currentPoint": points[0], "autoClose": False, "arcLengthDivisions": 1}
 
 
-def _room(letter: str) -> int:
-    """What a letter of a label takes at most, px; too much shows nowhere, since labels are centred."""
-    return 33 if letter in NARROW else 52
-
-
 def _svg(text: str, colour: str) -> tuple[str, float]:
     """The text as a picture with a pale halo, and its width over its height."""
     stem, _, low = text.partition("_")
     words = html.escape(stem) + (f'<tspan dy="10" font-size="34">{html.escape(low)}</tspan>' if low else "")
-    width = 32 + sum(map(_room, stem)) + round(0.74 * sum(map(_room, low)))
+    width = 32 + LETTER * len(stem) + round(0.74 * LETTER * len(low))
     font = 'font-family="\'DejaVu Sans\',Verdana,\'Segoe UI\',Helvetica,sans-serif" font-size="46" font-weight="600"'
     halo = 'stroke="#ffffff" stroke-opacity="0.85" stroke-width="7" stroke-linejoin="round" paint-order="stroke"'
     return (

@@ -6,8 +6,8 @@ from itertools import zip_longest
 import numpy as np
 
 from ...arm import HOME
-from ...arrays import as_number, shown
-from ...dh import Chain, link_matrix
+from ...arrays import as_number, as_rows
+from ...dh import Chain, as_chain, link_matrix
 from ...errors import BadInput
 from ...geometry import COURSE, as_geometry
 from ...kinematics import pose as tool_pose
@@ -16,13 +16,16 @@ from ..palette import PALETTE
 from . import annotations, commands, environment, skeleton
 from .arm_data import arm_data, chain_data
 from .arm_model import arm_drawings, finger_drawings, ghost_drawings, is_our_arm
+from .channel import Channel
 from .environment import Camera
-from .moving_parts import Figure, Trail
 from .scene import Scene
+from .threejs import Drawing
 
 _FPS, _LONGEST = 30, 3600.0
 _SECTION, _FRAMES = "/meshcat/section", "/meshcat/frames"
 _FINGERS = (("left", 1), ("right", -1))
+#: Mm between two points of a trail, and how many points are one piece of it: each update stays small.
+_SPACING, _PIECE = 1.5, 16
 
 
 class View(Scene):
@@ -46,8 +49,7 @@ class View(Scene):
     @classmethod
     def of_chain(cls, chain, q=None, *, height=420, camera=Camera.ISO) -> "View":
         """A view of any `omx.Chain`, drawn from its DH table alone; `q` has one value a joint (zeros if left out)."""
-        if not isinstance(chain, Chain):
-            raise BadInput(f"`chain` must be an omx.Chain; got {shown(chain)}.")
+        as_chain(chain)
         view = cls.__new__(cls)
         view.geometry = None
         size = skeleton.reach(chain)
@@ -242,14 +244,9 @@ class View(Scene):
         return f"{self.chain.name} at q = ({angles}) deg, {tool}"
 
     def check(self, q) -> tuple[float, ...]:
-        try:
-            values = tuple(map(float, q))
-        except (TypeError, ValueError):
-            values = ()
-        if len(values) != len(self.chain) or not all(map(math.isfinite, values)):
-            wanted = f"{len(self.chain)} finite joint values in rad (mm where prismatic)"
-            raise BadInput(f"`q` must be {wanted}; got {q!r}.")
-        return values
+        """`q` as plain numbers, one a joint; `BadInput` otherwise."""
+        wanted = f"{len(self.chain)} finite joint values in rad (mm where prismatic)"
+        return tuple(as_rows(q, "q", len(self.chain), wanted, many=False).tolist())
 
     def _config(self) -> dict:
         if is_our_arm(self.geometry):
@@ -285,3 +282,56 @@ def _moved(by: float) -> np.ndarray:
 def _upright(q1: float) -> np.ndarray:
     """The (r, z) plane of an arm whose first joint is at `q1`: the node's x points outwards, its y up."""
     return link_matrix(q1, 0.0, 0.0, math.pi / 2)
+
+
+# ---- what moves -----------------------------------------------------------------------------------------------
+
+
+class Figure:
+    """One node a frame below `root`; `pose` moves them all in one message.
+
+    `drawings` maps a frame's number (0 is the base) to what is fixed to it.
+    """
+
+    def __init__(self, channel: Channel, root: str, drawings: dict[int, Drawing]):
+        self._channel, self._root = channel, root
+        #: Each frame's number and the path of its node.
+        self.nodes = [(i, f"{root}/{i}") for i in drawings]
+        self._shown = True
+        with channel.batch():
+            for i, path in self.nodes:
+                channel.draw(path, drawings[i])
+
+    def pose(self, frames) -> None:
+        """Move every node to its frame: `frames` (n + 1, 4, 4), mm, as `Chain.frames` gives them."""
+        with self._channel.batch():
+            for i, path in self.nodes:
+                self._channel.place(path, frames[i])
+
+    def show(self, shown: bool) -> None:
+        """Show or hide the whole figure; its objects stay in the page."""
+        if shown != self._shown:
+            self._shown = shown
+            self._channel.set(self._root, "visible", shown)
+
+
+class Trail:
+    """A line that grows with each pose, in short pieces; `add` is cheap when the point has hardly moved."""
+
+    root = "/meshcat/trail"
+
+    def __init__(self, channel: Channel):
+        self._channel = channel
+        self._points: list[tuple] = []
+        self._piece = 0
+
+    def add(self, point) -> None:
+        """Go on to `point` (3,), mm."""
+        if self._points and math.dist(self._points[-1], point) < _SPACING:
+            return
+        self._points.append(tuple(point))
+        if len(self._points) < 2:
+            return
+        self._channel.draw(f"{self.root}/{self._piece}", annotations.polyline(self._points))
+        if len(self._points) == _PIECE:
+            self._points, self._piece = self._points[-1:], self._piece + 1
