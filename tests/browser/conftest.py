@@ -62,6 +62,7 @@ def motion():
 def context(browser, window, motion):
     width, height = window
     context = browser.new_context(viewport={"width": width, "height": height}, reduced_motion=motion)
+    context.new_page()  # it stays: without a page Chromium closes the window, and the next one costs half a second
     yield context
     context.close()
 

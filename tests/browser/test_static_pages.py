@@ -68,7 +68,16 @@ def frames(page, count):
     return inner
 
 
-def test_a_scene_plays_in_a_page_that_fetches_nothing(show, tmp_path):
+#: How many frames of the screen a scene asks for.
+ASKED = """(ms) => new Promise((done) => {
+  const ask = window.requestAnimationFrame;
+  let asked = 0;
+  window.requestAnimationFrame = (draw) => { asked++; return ask(draw); };
+  setTimeout(() => { window.requestAnimationFrame = ask; done(asked); }, ms);
+})"""
+
+
+def test_a_scene_plays_in_a_page_that_fetches_nothing_and_at_rest_asks_for_no_frame(show, tmp_path):
     view = View()
     view.animate([omx.HOME, (0.9, 0.2, 0.2, 0.5), omx.HOME], seconds=2)
     path = write(tmp_path, view.static_html())
@@ -76,14 +85,14 @@ def test_a_scene_plays_in_a_page_that_fetches_nothing(show, tmp_path):
     (frame,) = frames(page, 1)
     assert [url for url in asked if not url.startswith(("data:", "blob:"))] == [path.as_uri()]
     one = pixels(page.locator("iframe"))
-    page.wait_for_timeout(500)
+    assert frame.evaluate(ASKED, 500) > 2
     two = pixels(page.locator("iframe"))
     assert not is_blank(one)
     assert share_changed(one, two) > 0.002, "the animation plays"
     frame.locator("#omx-bar button[aria-label='Play or pause']").click()
     page.wait_for_timeout(300)
     still = pixels(page.locator("iframe"))
-    page.wait_for_timeout(400)
+    assert frame.evaluate(ASKED, 400) == 0
     assert share_changed(still, pixels(page.locator("iframe"))) < 0.001, "and stops"
 
 

@@ -10,6 +10,7 @@ from omx.display.panels.robot_panel import BEAT_S, RobotPanel
 from omx.hardware.robot import Robot
 from omx.hardware.safety import Guard
 from omx.hardware.simulator import SteppedClock, VirtualArm, VirtualPort
+from tests.helpers.scenes import Page
 
 
 class Stepped(SteppedClock):
@@ -51,6 +52,24 @@ def test_the_panel_starts_where_the_arm_is_and_moves_nothing(panel):
     panel.robot.clock.sleep(1.0)
     np.testing.assert_array_equal(where(panel), before)
     assert not panel.motors.value
+
+
+def test_an_arm_at_rest_is_looked_at_and_not_drawn_again_but_a_film_ends(panel):
+    page = Page(panel.view.channel)
+    panel.motors.value = True
+    panel.robot.clock.sleep(1.0)
+    panel.look()
+    panel.view.channel.flush()
+    drawn = len(page.messages)
+    for _ in range(5):
+        panel.robot.clock.sleep(0.1)
+        panel.look()
+        panel.view.channel.flush()
+    assert len(page.messages) == drawn
+    panel.view.animate([panel.view.q, omx.HOME])
+    panel.look()
+    assert not panel.view.animated
+    np.testing.assert_allclose(panel.view.q, where(panel), atol=math.radians(0.2))
 
 
 def test_a_limp_arm_outside_its_limits_gets_a_panel_whose_ghost_is_inside():

@@ -217,7 +217,8 @@ class RobotPanel(ViewPanel):
         if self.robot.clock.now() > self._silent_at:
             self._let_go()
             self._say("The page went silent, so the arm holds. Release the button and hold it again.")
-        self.view.q = self.driver.read().q
+        if (q := self.driver.read().q) != self.view.q or self.view.animated:  # an arm at rest is not drawn again
+            self.view.q = q
         if self._looks % round(1 / LOOK_S) == 0:
             self.state.value = self._table()
             self.motors.value, self.resume_button.disabled = self.driver.torque, self.driver.stopped is None

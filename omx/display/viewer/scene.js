@@ -6,7 +6,7 @@
   const pane = document.getElementById("meshcat-pane");
   let viewer;
   try {
-    viewer = new MeshCat.Viewer(pane);
+    viewer = new MeshCat.Viewer(pane, false);
   } catch (error) {
     pane.textContent = "This browser offers no WebGL, so the 3-D scene cannot be drawn (" + error.message + ").";
     pane.style.font = "14px sans-serif";
@@ -15,6 +15,27 @@
   }
 
   pane.style.visibility = "hidden"; // the viewer's own blue sky, until there is a scene
+
+  // The viewer would ask for every frame of the screen: it asks for one when there is something to draw.
+  let asked = false;
+  viewer.animate = () => {
+    asked = true;
+    requestAnimationFrame(draw);
+  };
+  function draw() {
+    asked = false;
+    viewer.animator.update();
+    if (viewer.needs_render) viewer.render();
+  }
+  viewer.set_dirty = () => {
+    viewer.needs_render = true;
+    if (!asked) viewer.animate();
+  };
+  const animator = Object.getPrototypeOf(viewer.animator), { play: begin } = animator;
+  animator.play = function () {
+    begin.call(this);
+    viewer.set_dirty();
+  };
 
   // Without a graphics card (virtual machines, remote desktops) soft shadows cost a third of each frame.
   const gl = viewer.renderer.getContext();

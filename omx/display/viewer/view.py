@@ -63,7 +63,7 @@ class View(Scene):
         self._triads, self._trail = Figure(self.channel, _FRAMES, {}), None
         self.shown_frames: tuple[int, ...] = ()
         self._ghosts: list[Figure] = []
-        self.has_section = self._animated = False
+        self.has_section = self.animated = False
         self._opacity, self._gripper = 1.0, 0.0
         self.let_drag(chain.limits, handle=False)
         self.on_drag = self._dragged
@@ -219,7 +219,7 @@ class View(Scene):
         with self.channel.batch():
             self.q = rows[0]
             self.channel.put("set_animation", "", commands.play(tracks, seconds, loop))
-            self._animated = True
+            self.animated = True
 
     def let_drag(self, limits, *, handle: bool, inverse=None) -> None:
         """Let readers drag links and tool within `limits`, `handle` shown at once; call it before the view is shown.
@@ -260,8 +260,8 @@ class View(Scene):
             self.q = q
 
     def _stop(self) -> None:
-        if self._animated:
-            self._animated = False
+        if self.animated:
+            self.animated = False
             self.channel.put("set_animation", "", commands.stop_playing())
 
 
