@@ -123,6 +123,6 @@ def packages():
 
 
 def copied_library(folder):
-    """A copy of `omx` away from the chapters and their solutions; the folder that holds it."""
-    shutil.copytree(ROOT / "omx", folder / "omx", ignore=shutil.ignore_patterns("__pycache__"))
+    """A copy of `omx`, compiled, away from the chapters and their solutions; the folder that holds it."""
+    shutil.copytree(ROOT / "omx", folder / "omx")
     return folder

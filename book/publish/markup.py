@@ -1,5 +1,6 @@
 """Prose, code and outputs of a notebook as the HTML of slides and of other pages without Sphinx."""
 
+import functools
 import html
 import itertools
 import math
@@ -46,6 +47,7 @@ def code(source):
     return highlight(source, PythonLexer(), HtmlFormatter(cssclass="code"))
 
 
+@functools.cache
 def listed_code(source):
     """Code whose lines, should one be too long for a slide, go on indented; marked where a slide may end."""
     before, inside, after = re.split(r"(?<=<span></span>)|(?=</pre>)", code(source))

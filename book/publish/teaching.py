@@ -4,12 +4,13 @@ Minutes, objectives and exercises are read from the notebooks; what only a teach
 skip, which meeting takes which chapter) stands in `book/teach/course.toml`, by the chapters' names without numbers.
 """
 
+import json
 import math
 import re
 import tomllib
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 
 from sphinx.util.docutils import SphinxDirective
@@ -62,7 +63,7 @@ class Chapter:
 
     @cached_property
     def slides_min(self) -> float:
-        return deck.minutes({"cells": self.cells})
+        return _minutes(json.dumps(self.cells))
 
     @cached_property
     def reading_min(self) -> float:
@@ -95,6 +96,12 @@ class Chapter:
             elif "check" in tags and found:
                 found[-1] = replace(found[-1], points=found[-1].points + POINTS)
         return [e if e.points else replace(e, kind="in words") for e in found]
+
+
+@cache
+def _minutes(chapter: str) -> float:
+    """Of these cells, as JSON: every table of a build asks again."""
+    return deck.minutes({"cells": json.loads(chapter)})
 
 
 def _titles(cell):

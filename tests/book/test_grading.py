@@ -50,7 +50,7 @@ NONSENSE = {
     "exercise-7-2-answer": "def half(length):\n    return 0.0",
     "exercise-7-3-answer": "lost = set()\nhow_many = 7",
 }
-ENDLESS = "def half(length):\n    while True:\n        pass"
+ENDLESS = "import time\n\ndef half(length):\n    while True:\n        time.sleep(0.01)"
 FIND = (
     "\nimport json\ntexts = [''.join(c['source']) for p in found for c in json.load(open(p))['cells']]\nexec(texts[9])"
 )

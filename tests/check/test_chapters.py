@@ -13,7 +13,7 @@ from book.chapters import normalise, student
 from book.chapters.cells import is_code, source, tags
 from omx.check import Wrong
 from omx.check.notebook import explained
-from tests.helpers.mutants import names_read, wrong_answers
+from tests.helpers.mutants import Overheard, names_read, wrong_answers
 
 CHAPTERS = sorted(normalise.NOTEBOOKS.glob("*.ipynb"))
 
@@ -70,13 +70,23 @@ RIGHT_ALL_THE_SAME = {
 
 
 class Trial:
-    """One exercise: the names as they were before its solution, the names that its check reads, and what it said."""
+    """One exercise: the names as they were before its solution, the names that its check reads, and what it said.
+
+    Its check has accepted the right answers; `heard` is what their functions gave it, `names` are those after it.
+    """
 
     def __init__(self, exercise, before, after, solution, check, broken=()):
         self.title, self.before, self.after, self.check, self.broken = exercise, before, after, check, broken
         used = names_read(check)
         self.answers = [name for name in student.bound(solution) if name in used]
         self.todo = student.todo(solution, exercise, self.answers)
+        self.heard = {name: Overheard(after[name]) for name in self.answers if callable(after[name])}
+        names = {**after, **self.heard}
+        run(check, names)
+        self.names = {name: value for name, value in names.items() if name not in self.heard}
+
+    def returned(self, name):
+        return self.heard[name].returned if name in self.heard else None
 
     def refusal(self, **answers):
         """What the check says to these answers (the others right): its sentence, or '' if it accepts them."""
@@ -121,8 +131,11 @@ def trials(path):
             run(code, names)
         elif is_code(cell) and "check" in tags(cell):
             if solutions:
-                yield Trial(title, before, dict(names), "\n".join(solutions), code, broken)
-            run(code, names)
+                trial = Trial(title, before, dict(names), "\n".join(solutions), code, broken)
+                yield trial
+                names.update(trial.names)
+            else:
+                run(code, names)
         elif is_code(cell):
             with contextlib.suppress(Exception) if "raises-exception" in tags(cell) else contextlib.nullcontext():
                 run(code, names)
@@ -140,7 +153,7 @@ def test_every_wrong_answer_is_refused_by_a_sentence(path, tmp_path, monkeypatch
         refusals += [(f"the broken program {n}", trial.refusal_of_code(text)) for n, text in enumerate(trial.broken)]
         for name in trial.answers:
             right = trial.after[name]
-            for done, wrong in wrong_answers(right):
+            for done, wrong in wrong_answers(right, trial.returned(name)):
                 said = trial.refusal(**{name: wrong})
                 if said or getattr(wrong, "differed", True):
                     refusals.append((f"{name}: {done}", said))

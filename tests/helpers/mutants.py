@@ -11,13 +11,16 @@ from omx.dh import Chain
 from omx.errors import OmxError
 
 
-def wrong_answers(right):
-    """(what was done, a wrong answer) for one right answer: a number, an array, a function, a chain, an expression."""
+def wrong_answers(right, returned=None):
+    """(what was done, a wrong answer) for one right answer: a number, an array, a function, a chain, an expression.
+
+    Of a function, `returned` is all that it gave its check: a slip that fits nothing of it would change nothing.
+    """
     yield "untouched TODO", ...
     yield "None", None
     yield "a text", "seven"
     if callable(right):
-        yield from wrong_functions(right)
+        yield from wrong_functions(right, returned)
         return
     for name, slip in SLIPS.items():
         wrong = slipped(slip, right)
@@ -25,7 +28,7 @@ def wrong_answers(right):
             yield name, wrong
 
 
-def wrong_functions(right):
+def wrong_functions(right, returned=None):
     """The same slips in what a function returns, in what it takes, and functions that do not work at all."""
 
     def todo(*_):
@@ -36,7 +39,8 @@ def wrong_functions(right):
     yield "stops", lambda *_: 1 / 0
     yield "no arguments", lambda: None
     for name, slip in SLIPS.items():
-        yield f"returns: {name}", Slipped(right, slip)
+        if returned is None or any(slipped(slip, result) is not ... for result in returned):
+            yield f"returns: {name}", Slipped(right, slip)
     yield "takes degrees", Slipped(right, None, lambda first: np.radians(first))
     yield "first argument negated", Slipped(right, None, lambda first: -np.asarray(first))
     yield "always the first result", Remembering(right)
@@ -51,7 +55,7 @@ class Slipped:
 
     def __call__(self, *arguments):
         result = self.right(*arguments)
-        if callable(result) and not isinstance(result, (Chain, np.ndarray)):
+        if is_function(result):
             return Slipped(result, self.slip, self.before, self)
         if self.before:
             wrong = self.right(*self.changed(arguments))
@@ -71,6 +75,21 @@ class Slipped:
             return arguments
 
 
+class Overheard:
+    """The right function; `returned` is all that it returned, also by the functions that it returned."""
+
+    def __init__(self, right, returned=None):
+        self.right, self.returned = right, [] if returned is None else returned
+        self.__name__, self.__signature__ = getattr(right, "__name__", "it"), inspect.signature(right)
+
+    def __call__(self, *arguments):
+        result = self.right(*arguments)
+        if is_function(result):
+            return Overheard(result, self.returned)
+        self.returned.append(result)
+        return result
+
+
 class Remembering:
     """A function that gives its first result for ever."""
 
@@ -83,6 +102,10 @@ class Remembering:
         self.first = result if self.first is None else self.first
         self.differed = self.differed or not same(self.first, result)
         return self.first
+
+
+def is_function(value):
+    return callable(value) and not isinstance(value, (Chain, np.ndarray))
 
 
 def slipped(slip, value):
