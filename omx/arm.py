@@ -86,6 +86,8 @@ NO_LOAD_SPEED = 46 * 2 * pi / 60  # rad/s at 12 V
 #: Torque (Nm) of a motor for each mA, from the two numbers above.
 TORQUE_PER_MA = STALL_TORQUE / STALL_CURRENT
 SUPPLY_VOLTS = 12.0
+#: A servo that pushes harder (Nm) than this for so long (s) reports an overload, and lets go.
+OVERLOAD_TORQUE, OVERLOAD_S = 0.6 * STALL_TORQUE, 1.0
 #: Torque (Nm) for each rad by which a joint is off its goal, at the gains from the factory: under its load it gives way
 #: by the tenths of a degree that readings of the real one show.
 STIFFNESS = 50.0

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import lru_cache
 from math import degrees, expm1
 
-from ...arm import MODEL, STALL_TORQUE, SUPPLY_VOLTS, TICKS_PER_TURN
+from ...arm import MODEL, OVERLOAD_S, OVERLOAD_TORQUE, STALL_TORQUE, SUPPLY_VOLTS, TICKS_PER_TURN
 from ..dynamixel import registers as reg
 from ..dynamixel import units
 from . import profile
@@ -13,7 +13,6 @@ from .controller import FULL_PWM, POSITION_MODES, Controller, Settings
 from .joint import COAST, DAMPING, Drive, Encoder, Joint
 
 REBOOT_S = 0.35
-OVERLOAD_TORQUE, OVERLOAD_S = 0.6 * STALL_TORQUE, 1.0
 AMBIENT, HEATING, COOLING_S = 25.0, 35.0, 300.0  # degC, degC per A^2, s
 _TICK = units.ANGLE.scale
 _SPEED = units.VELOCITY.scale / _TICK  # ticks/s a unit of velocity

@@ -5,7 +5,7 @@ import math
 import pytest
 
 import omx
-from omx.arm import HOLDING_MA
+from omx.arm import HOLDING_MA, OVERLOAD_TORQUE, TORQUE_PER_MA
 from omx.errors import BadInput, ObjectLost, Stalled, TooHeavy, TorqueOff
 from omx.hardware import gravity
 from omx.hardware.robot import Robot
@@ -147,5 +147,6 @@ def test_holding_currents_are_what_the_motors_draw():
         expected = gravity.holding_currents(robot.q, 200)
         friction = 0.102 / 4.1 * 2300
         assert all(abs(a - b) <= friction + 3 for a, b in zip(reading[2], expected, strict=True))
-        assert max(map(abs, expected)) + STALL_MA < 2300 * 0.6  # noticed before the servo overloads
+        most = OVERLOAD_TORQUE / TORQUE_PER_MA
+        assert max(map(abs, expected)) + STALL_MA < most  # noticed before the servo overloads
         assert gravity.holding_currents(omx.ZERO)[0] == 0.0

@@ -16,7 +16,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 import omx
-from omx.arm import HOLDING_TORQUE, JOINT_IDS, REST, STALL_TORQUE
+from omx.arm import HOLDING_TORQUE, JOINT_IDS, OVERLOAD_TORQUE, REST
 from omx.errors import (
     BadInput,
     Collision,
@@ -432,7 +432,7 @@ def test_a_hand_in_the_way_of_the_fingertips_feels_at_most_eight_newtons(robot):
     robot.clock.sleep(2)
     assert max(map(abs, most)) <= robot.driver.guard.push() + 0.02
     assert (max(map(abs, most)) + HOLDING_TORQUE) / 0.38 <= 8.0
-    assert robot.driver.guard.push() < 0.6 * STALL_TORQUE  # so it does not end in overload and a limp joint
+    assert robot.driver.guard.push() < OVERLOAD_TORQUE  # so it does not end in overload and a limp joint
 
 
 # ---- the speed cap is on what moves ----
