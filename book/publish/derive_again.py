@@ -21,7 +21,7 @@ from omx.kinematics import stale
 
 
 def again(chapters, limits=None, ghosts=0):
-    """Run what `recipe.py` took of the chapters: what they write, and the arm; or `refused`, in a sentence.
+    """Run what `editable_lines.py` took of the chapters: what they write, and the arm; or `refused`, in a sentence.
 
     `limits`: those of the joints, if the arm is a chain. `ghosts`: how many pale arms the page's scene holds.
     """

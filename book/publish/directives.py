@@ -10,7 +10,7 @@ from docutils.parsers.rst import Directive, directives
 import omx
 from book.chapters import cells, normalise
 from book.publish import markup, runs, scenes
-from book.publish.poster import with_poster
+from book.publish.still_picture import with_poster
 from book.setup.paths import NOTEBOOKS
 
 

@@ -6,7 +6,7 @@ import json
 
 from book.chapters import normalise
 from book.chapters.cells import is_note, tags
-from book.publish.recipe import recipe
+from book.publish.editable_lines import recipe
 
 #: What a reader sees on the fold of a cell with this tag.
 FOLDED = {"solution": "Show a solution", "check": "Show the check"}

@@ -21,7 +21,7 @@ from PIL import Image
 from book.chapters import execute, normalise
 from book.chapters.cells import tags
 from book.publish import scenes
-from book.publish.poster import with_poster
+from book.publish.still_picture import with_poster
 from book.setup.paths import ENVIRONMENT, NOTEBOOKS, ROOT, Stop
 from omx.display.viewer.html_export import as_text
 
@@ -157,6 +157,6 @@ def fingerprint_of_package():
     """A hash of environment.txt, of every file of `omx`, and of what draws a scene for paper."""
     files = [p for p in sorted((ROOT / "omx").rglob("*")) if p.is_file() and "__pycache__" not in p.parts]
     digest = hashlib.sha256(ENVIRONMENT.read_bytes())
-    for path in (*files, ROOT / "book/publish/poster.py"):
+    for path in (*files, ROOT / "book/publish/still_picture.py"):
         digest.update(str(Path(path).relative_to(ROOT)).encode() + path.read_bytes())
     return digest.hexdigest()

@@ -83,5 +83,5 @@ def from_text(text):
 def page_script(common):
     """What a page loads once for all its marks; `common`: objects that these leave out."""
     values = {"viewer": base64.b64encode(packed()[1]).decode(), "stock": as_text(common),
-              "shell": script("shell.html"), "start": script("start.js")}  # fmt: skip
+              "shell": script("shell.html"), "start": script("static_scene.js")}  # fmt: skip
     return f"const OMX_VIEW = {json.dumps(values)};\n{PLACEHOLDERS.read_text(encoding='utf-8')}"

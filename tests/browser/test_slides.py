@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from book.publish import handout, scenes, site, slide_lint, slides
-from book.publish.poster import with_poster
+from book.publish.still_picture import with_poster
 from omx.display.viewer import View
 from tests.browser.weblook import Look, is_blank, picture, served
 from tests.helpers.chapter import code, markdown

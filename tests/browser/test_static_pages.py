@@ -11,7 +11,7 @@ from PIL import Image
 import omx
 from book.chapters import normalise
 from book.publish import page_scripts, scenes
-from book.publish.poster import poster
+from book.publish.still_picture import poster
 from book.reader import handin
 from omx import Chain, rotation
 from omx.analysis import Inverse

@@ -39,7 +39,7 @@ def bounds(channel, path):
 
 
 def take_apart(text):
-    """Bytes by their keys, as `start.js` reads them from a packed text; where only a name stands, that name."""
+    """Bytes by their keys, as `static_scene.js` reads them from a packed text; where only a name stands, that name."""
     data = gzip.decompress(base64.b64decode(text))
     (size,) = struct.unpack("<I", data[:4])
     at, out = 4 + size, {}

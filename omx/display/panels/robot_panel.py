@@ -24,7 +24,7 @@ from ...dh import clipped
 from ...errors import BadInput, Collision, JointLimit, NotReady, OmxError, ServoFault, Stalled, Stopped, TorqueOff
 from ...hardware.clock import SteppedClock
 from ...hardware.dynamixel import registers as reg
-from ...hardware.robot.gate import way_to_rest
+from ...hardware.robot.move_rules import way_to_rest
 from ..viewer.view import View
 from . import tables
 from .joint_panel import JointPanel

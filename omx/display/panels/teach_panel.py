@@ -12,7 +12,7 @@ import ipywidgets
 from ...dh import clipped
 from ...errors import BadInput
 from ...hardware.log import read_log
-from ...hardware.robot import teaching
+from ...hardware.robot import hand_guiding
 from ...motion.trajectory import joint_move
 from ..viewer.view import View
 from .robot_panel import SILENCE_S, HoldButton, RobotPanel, heard_at_once
@@ -100,8 +100,8 @@ class TeachPanel(RobotPanel):
         self.robot.teach(LONGEST_S, self.path, progress=self._check_held)
 
     def _replay(self) -> None:
-        motion = teaching.trajectory(read_log(self.path), self.replay_speed.value)
-        teaching.check_speed(self.robot.driver, motion, self.replay_speed.value)
+        motion = hand_guiding.trajectory(read_log(self.path), self.replay_speed.value)
+        hand_guiding.check_speed(self.robot.driver, motion, self.replay_speed.value)
         here, there = self.robot.q, motion.q[0]
         self._say("Replaying.")
         seconds = 2.0 * self.robot.driver.guard.seconds(here, there) + 0.5

@@ -9,7 +9,7 @@ from ...arrays import as_four
 from ...dh import DHRow, link_matrix
 from ..palette import PALE, PALETTE
 from . import annotations
-from .environment import Camera
+from .camera_and_light import Camera
 from .scene import Scene
 from .threejs import Drawing
 

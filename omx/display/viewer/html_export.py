@@ -18,7 +18,7 @@ def page(log: dict, config: dict) -> str:
     """The whole scene as one page that needs nothing else."""
     texts = {"scene": as_text(log), "viewer": _base64(packed()[1])}.items()
     data = "".join(f'<script type="text/plain" id="{name}">{text}</script>' for name, text in texts)
-    return shell(config).replace("<!--viewer-->", f"{data}<script>{script('start.js')}</script>")
+    return shell(config).replace("<!--viewer-->", f"{data}<script>{script('static_scene.js')}</script>")
 
 
 def frame(log: dict, config: dict, height: int, title: str) -> str:
@@ -31,7 +31,7 @@ def frame(log: dict, config: dict, height: int, title: str) -> str:
 
 
 def as_text(parts: dict) -> str:
-    """Bytes by their keys (tuples of words) as text that `start.js` takes apart: a length, a JSON head, the bytes.
+    """Bytes by their keys (tuples of words) as text that `static_scene.js` takes apart: length, JSON head, bytes.
 
     All this is gzipped, base64. In place of bytes there may be the name of some that the frame knows.
     """

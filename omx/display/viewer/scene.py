@@ -7,10 +7,10 @@ import numpy as np
 from ...arrays import as_four, as_number, as_rows, as_word
 from ...errors import BadInput
 from ..palette import INK, VERMILION
-from . import annotations, environment, html_export
+from . import annotations, camera_and_light, html_export
 from .assets import script
+from .camera_and_light import Camera
 from .channel import Channel
-from .environment import Camera
 from .threejs import Drawing
 
 #: Set to `data`, scenes and panels show themselves as JSON of the type `SCENE`, not as a live widget: see `page_data`.
@@ -31,8 +31,8 @@ class Scene:
         self._widget = None
         self._notes: set[str] = set()
         with self.channel.batch():
-            environment.set_light(self.channel)
-            environment.set_ground(self.channel, floor, 500.0 * max(0.4, distance))
+            camera_and_light.set_light(self.channel)
+            camera_and_light.set_ground(self.channel, floor, 500.0 * max(0.4, distance))
             self.camera = camera
 
     # -- how it is seen -----------------------------------------------------------------------------------
@@ -45,7 +45,7 @@ class Scene:
     @camera.setter
     def camera(self, camera: Camera) -> None:
         self._camera = Camera(camera)
-        environment.set_camera(self.channel, self._camera, *self._aim)
+        camera_and_light.set_camera(self.channel, self._camera, *self._aim)
 
     def _config(self) -> dict:
         """What the scene's scripts are told when they start."""
@@ -134,7 +134,7 @@ class Scene:
         if self._widget is None:
             from .widget import SceneWidget
 
-            config = {"shell": html_export.shell(self._config()), "start": script("start.js")}
+            config = {"shell": html_export.shell(self._config()), "start": script("static_scene.js")}
             about = {"height": self.height, "title": repr(self), "config": config}
             self._widget = SceneWidget(self.channel, lambda *told: self.on_drag(*told), **about)
         return self._widget

@@ -13,11 +13,11 @@ from ...geometry import COURSE, as_geometry
 from ...kinematics import pose as tool_pose
 from ...kinematics import warn_if_replaced
 from ..palette import PALETTE
-from . import annotations, commands, environment, skeleton
+from . import annotations, camera_and_light, commands, skeleton
 from .arm_data import arm_data, chain_data
 from .arm_model import arm_drawings, finger_drawings, ghost_drawings, is_our_arm
+from .camera_and_light import Camera
 from .channel import Channel
-from .environment import Camera
 from .scene import Scene
 from .threejs import Drawing
 
@@ -180,7 +180,7 @@ class View(Scene):
 
     def _step_back(self, z) -> None:
         """Look at the heights `z` (m) from as far as it takes to see them all."""
-        distance = environment.fitting(0.5 * np.ptp(z))
+        distance = camera_and_light.fitting(0.5 * np.ptp(z))
         if distance > self._aim[1]:
             self._aim = (0.0, 0.0, float(0.5 * (z.min() + z.max()))), distance
             self.camera = self.camera

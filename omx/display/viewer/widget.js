@@ -149,7 +149,7 @@ class Frame {
     this.el.dataset.ready = "true";
   }
 
-  // The scene as it stands, as a page that needs nothing else; start.js says how it is laid out.
+  // The scene as it stands, as a page that needs nothing else; static_scene.js says how it is laid out.
   async page() {
     const { shell, start } = this.model.get("config"), commands = [...this.scene.log.values()], text = new TextEncoder();
     const head = text.encode(JSON.stringify(commands.map(({ bytes, ...key }) => [...Object.values(key), bytes.length])));

@@ -31,7 +31,7 @@ from ..dynamixel import units
 from ..dynamixel.bus import Bus, again, for_each
 from ..fault_table import judge, registers
 from ..safety import RAMP, Guard
-from . import gate, rescue
+from . import move_rules, rescue
 from .brake import Brake
 from .discovery import look_over
 from .gripper import Grip, Gripper
@@ -326,12 +326,12 @@ class Driver:
     def _move(self, q, seconds: float | None, cap: float) -> tuple[float, ...]:
         present = self.watch().q
         goal = self.guard.check(q, present)
-        asked = gate.seconds(self.guard, present, goal, seconds, cap)
+        asked = move_rules.seconds(self.guard, present, goal, seconds, cap)
         self.check_settings()
         start = self.come_to_rest()
         goal = self.guard.check(goal, start)
-        took = max(asked, gate.seconds(self.guard, start, goal, None, cap))
-        if seconds is not None and took > seconds and (outside := gate.outside(self.guard, start)):
+        took = max(asked, move_rules.seconds(self.guard, start, goal, None, cap))
+        if seconds is not None and took > seconds and (outside := move_rules.outside(self.guard, start)):
             joints = ", ".join(map(str, outside))
             _log.warning("%s: the way back in takes %.1f s instead of %.1f s.", joints, took, seconds)
         return self.send(goal, took, RAMP)
@@ -383,7 +383,7 @@ class Driver:
             if self.streamed is None or not self.brake.moving:
                 self.check_settings()
                 self.streamed = None
-            took = gate.step_seconds(self.guard, reading, self.streamed, goal, seconds)
+            took = move_rules.step_seconds(self.guard, reading, self.streamed, goal, seconds)
             self.send(goal, took, ramp=0.0, confirmed=False)
             self.streamed = goal
             return reading
@@ -434,7 +434,7 @@ class Driver:
         try:
             with self.unbroken(), self._rescuing():
                 self.check_settings()
-                for goal in gate.way_to_rest(self.guard, self.come_to_rest()):
+                for goal in move_rules.way_to_rest(self.guard, self.come_to_rest()):
                     sent = self._move(goal, None, min(PARK_SPEED, self.guard.speed_cap))
                     self.arrive(sent)  # from anywhere else it would fall
                 self.relax()

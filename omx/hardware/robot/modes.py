@@ -8,7 +8,7 @@ from ...errors import BadInput, TooFast
 from .. import gravity
 from ..dynamixel import units
 from ..safety import STALL_MA
-from . import gate
+from . import move_rules
 from .driver import Driver, Reading
 from .push_by_current import UNREPEATED_S
 from .servo_group import JOINTS
@@ -48,7 +48,7 @@ def velocities(driver: Driver, speeds) -> tuple[float, ...]:
         reading = driver.watch()
         if driver.brake.holding or not driver.brake.moving:
             driver.check_settings()
-        if fastest > SLOW and gate.outside(guard, reading.q):
+        if fastest > SLOW and move_rules.outside(guard, reading.q):
             raise TooFast("an arm outside its limits", fastest, SLOW, UNREPEATED_S * fastest / SLOW)
         goal = tuple(a + v * UNREPEATED_S for a, v in zip(reading.aim, speeds, strict=True))
         driver.send(guard.check(goal, reading.q, reading.aim), UNREPEATED_S, ramp=0.0, confirmed=False)

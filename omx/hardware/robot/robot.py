@@ -19,7 +19,7 @@ from ..dynamixel.bus import Bus
 from ..log import Log, Recorder, read_log
 from ..safety import Guard
 from ..simulator import VirtualArm, VirtualPort
-from . import modes, shutdown, streaming, teaching
+from . import hand_guiding, modes, shutdown, streaming
 from .calibration import as_calibration
 from .discovery import open_bus
 from .driver import Driver, Reading
@@ -275,7 +275,7 @@ class Robot:
         **Keep a hand at the arm**: it carries what the model says it weighs, not what it does. It holds, and the log
         ends with the reason raised, where a joint comes near a limit, the table or the arm itself.
         """
-        joints = teaching.joints_named(joints)
+        joints = hand_guiding.joints_named(joints)
         modes.choose(self.driver, "current")
         try:
             return self._record(lambda: modes.balance(self.driver, joints), seconds, path, rate, progress, notes)
@@ -289,8 +289,8 @@ class Robot:
         """
         period(rate)  # a mistake is told before anything moves
         log = log if isinstance(log, Log) else read_log(log)
-        motion = teaching.trajectory(log, speed)
-        teaching.check_speed(self.driver, motion, speed)
+        motion = hand_guiding.trajectory(log, speed)
+        hand_guiding.check_speed(self.driver, motion, speed)
         streaming.check_path(self.driver, motion)
         self.driver.arrive(self.driver.command(motion.q[0]))
         self.follow(motion, rate, each)

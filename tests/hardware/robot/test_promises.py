@@ -38,7 +38,7 @@ from omx.hardware.dynamixel.bus import Bus
 from omx.hardware.dynamixel.registers import REGISTERS
 from omx.hardware.fault_table import CONDITIONS
 from omx.hardware.robot import Robot, discovery, modes
-from omx.hardware.robot.gate import way_to_rest
+from omx.hardware.robot.move_rules import way_to_rest
 from omx.hardware.safety import Guard
 from omx.hardware.simulator import SteppedClock, VirtualArm, VirtualPort
 from omx.motion.trajectory import joint_move

@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 import omx
-from book.publish.poster import Lens, poster
+from book.publish.still_picture import Lens, poster
 from omx.display.viewer import Camera, View
 
 SIZE = 420, 760

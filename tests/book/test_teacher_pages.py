@@ -7,14 +7,14 @@ import pytest
 
 import omx
 from book.chapters import normalise
-from book.publish import teaching
+from book.publish import teacher_pages
 from book.setup.paths import ROOT
 from omx.hardware.log import read_log
 from omx.hardware.simulator import SteppedClock, VirtualArm, VirtualPort, World, cube
 from tests.helpers.chapter import chapter
 
-FOUND = {found.name: found for found in teaching.chapters()}
-PLANS = teaching.told()["plans"]
+FOUND = {found.name: found for found in teacher_pages.chapters()}
+PLANS = teacher_pages.told()["plans"]
 
 
 @pytest.mark.parametrize("name", FOUND)
@@ -22,7 +22,7 @@ def test_a_chapter_says_what_a_teacher_asks(name):
     found = FOUND[name]
     assert len(found.objectives) == 3
     assert all(objective.startswith("**") for objective in found.objectives)
-    assert 15 <= found.slides_min <= teaching.ROOM_MIN
+    assert 15 <= found.slides_min <= teacher_pages.ROOM_MIN
     assert found.reading_min >= found.slides_min / 2
     assert found.told["mistakes"]
     assert found.told["skip"]
@@ -37,14 +37,14 @@ def test_a_chapter_says_what_a_teacher_asks(name):
 def test_a_plan_fits_its_meetings(count, meetings):
     assert len(meetings) == int(count)
     for number, meeting in enumerate(meetings, 1):
-        assert teaching.minutes(meeting, FOUND) <= teaching.ROOM_MIN, f"meeting {number}"
+        assert teacher_pages.minutes(meeting, FOUND) <= teacher_pages.ROOM_MIN, f"meeting {number}"
         assert meeting["point"]
 
 
 @pytest.mark.parametrize("meetings", PLANS.values(), ids=PLANS)
 def test_no_chapter_is_met_twice_and_no_half_is_left(meetings):
     shares = {}
-    for share, name in (part for meeting in meetings for part in map(teaching.taken, meeting["chapters"])):
+    for share, name in (part for meeting in meetings for part in map(teacher_pages.taken, meeting["chapters"])):
         shares[name] = shares.get(name, 0) + share
     assert max(shares.values()) == 1
     if len(meetings) > 4:
@@ -52,21 +52,21 @@ def test_no_chapter_is_met_twice_and_no_half_is_left(meetings):
 
 
 def test_fifteen_meetings_are_the_whole_book():
-    planned = {name for meeting in PLANS["15"] for _, name in map(teaching.taken, meeting["chapters"])}
+    planned = {name for meeting in PLANS["15"] for _, name in map(teacher_pages.taken, meeting["chapters"])}
     assert set(FOUND) <= planned
 
 
 def test_numbers_come_from_the_cells(tmp_path):
     path = tmp_path / "31-lines.ipynb"
     normalise.write(path, normalise.normalise({"cells": chapter(), "nbformat": 4}))
-    found = teaching.Chapter(path, {"mistakes": ["Adding what should be multiplied."]})
-    text = teaching.section(found)
+    found = teacher_pages.Chapter(path, {"mistakes": ["Adding what should be multiplied."]})
+    text = teacher_pages.section(found)
     assert found.title in text
     assert "Adding what should be multiplied." in text
     assert all(exercise.title in text for exercise in found.exercises)
-    assert found.link() in teaching.overview([found])
+    assert found.link() in teacher_pages.overview([found])
     meeting = {"chapters": ["1/2 lines", "not-yet-written"], "point": "p"}
-    row = teaching.plan([meeting], {"lines": found}).splitlines()[-1]
+    row = teacher_pages.plan([meeting], {"lines": found}).splitlines()[-1]
     assert f"{found.link()} (first half); Not yet written" in row
 
 
@@ -79,7 +79,7 @@ def test_the_clock_of_the_labs_goes_forward_and_every_group_gets_its_turn():
         times = [re.findall(r"(\d):(\d\d)", row[0]) for row in rows if ":" in row[0]]
         flat = [60 * int(h) + int(m) for pair in times for h, m in pair]
         assert flat == sorted(flat)
-        assert flat[-1] == teaching.MEETING_MIN
+        assert flat[-1] == teacher_pages.MEETING_MIN
         places = (1, 3) if arms == 1 else range(1, arms + 1)
         turns = [row[place] for row in rows for place in places if row[place] in "ABCD" and row[place]]
         assert sorted(turns) == list("ABCD")

@@ -8,7 +8,7 @@ import pytest
 import omx
 from book.chapters import cells, normalise
 from book.publish import derive_again, pages, runs
-from book.publish.recipe import recipe
+from book.publish.editable_lines import recipe
 from omx.derive import write_chain
 from omx.derive.store import GENERATED
 

@@ -15,8 +15,8 @@ import umsgpack
 from PIL import Image, ImageDraw, ImageFilter, ImageFont
 
 from book.publish import scenes
+from omx.display.viewer.camera_and_light import CAMERA, LAMPS
 from omx.display.viewer.commands import TYPED
-from omx.display.viewer.environment import CAMERA, LAMPS
 
 #: Drawn this many times larger, then made smaller: smooth edges.
 FINE = 2
