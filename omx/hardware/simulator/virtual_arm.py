@@ -64,8 +64,7 @@ class VirtualArm:
         self.supply = SUPPLY_VOLTS
         self.lock = threading.RLock()
         self.plugged = True
-        self.now = 0.0
-        self.time = 0.0  # of the last step: what the joints' angles belong to (s)
+        self.now = self.time = 0.0  # `time`: of the last step, to which the joints' angles belong (s)
         self._between: Grasped | None = None
         self.world = None  # a `World` makes itself known here
         self._hand = (0.0,) * 5
