@@ -65,24 +65,33 @@ class Thing:
 
     def covers(self, x: float, y: float) -> bool:
         """Is the point (x, y) above or below it?"""
-        return bool(self.distances(np.array([[x, y, self.T[2, 3]]]))[0][0] <= 1e-9)
+        return bool(self.distances(np.array([[x, y, self.T[2, 3]]]))[0] <= 1e-9)
 
-    def distances(self, points) -> tuple[np.ndarray, np.ndarray]:
-        """The distances (N,) of `points` (N, 3) from its surface, negative inside, and the ways out (N, 3)."""
-        local = (points - self.T[:3, 3]) @ self.T[:3, :3]
-        sizes = np.hypot(local[:, 0], local[:, 1])[:, None] if self.round else np.abs(local[:, :2])
-        beyond = np.column_stack((sizes - self.width / 2, np.abs(local[:, 2]) - self.height / 2))
+    def distances(self, points) -> np.ndarray:
+        """The distances (N,) of `points` (N, 3) from its surface, negative inside."""
+        _, _, beyond = self._beyond(points)
+        far = np.sqrt((np.maximum(beyond, 0.0) ** 2).sum(axis=1))
+        return np.where(far > 0, far, beyond.max(axis=1))
+
+    def ways_out(self, points) -> np.ndarray:
+        """The directions (N, 3) in which `points` (N, 3) come clear of it soonest, or are away from it."""
+        local, sizes, beyond = self._beyond(points)
         outside = np.maximum(beyond, 0.0)
-        far = np.sqrt((outside**2).sum(axis=1))
         inside = beyond == beyond.max(axis=1)[:, None]
-        way = np.where((far > 0)[:, None], outside, inside.astype(float))
+        way = np.where(outside.any(axis=1)[:, None], outside, inside.astype(float))
         signs = np.where(local < 0, -1.0, 1.0)
         flat = signs[:, :2] * way[:, :2]
         if self.round:
             flat = local[:, :2] / np.maximum(sizes, 1e-12) * way[:, :1]
         way = np.column_stack((flat, signs[:, 2] * way[:, -1]))
         way /= np.maximum(np.linalg.norm(way, axis=1), 1e-12)[:, None]
-        return np.where(far > 0, far, beyond.max(axis=1)), way @ self.T[:3, :3].T
+        return way @ self.T[:3, :3].T
+
+    def _beyond(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """`points` (N, 3) in its own frame, how far they are from its axes, and how far beyond its sides and ends."""
+        local = (points - self.T[:3, 3]) @ self.T[:3, :3]
+        sizes = np.hypot(local[:, 0], local[:, 1])[:, None] if self.round else np.abs(local[:, :2])
+        return local, sizes, np.column_stack((sizes - self.width / 2, np.abs(local[:, 2]) - self.height / 2))
 
     def skin(self) -> np.ndarray:
         """Points (N, 3) all over it, a millimetre below its surface."""

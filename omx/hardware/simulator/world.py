@@ -91,7 +91,7 @@ class World:
         for other in self._things.values():
             if other.name == thing.name:
                 raise BadInput(f"there is a {thing.name!r} on the table already.")
-            if (other.distances(thing.skin())[0] < 0).any() or (thing.distances(other.skin())[0] < 0).any():
+            if (other.distances(thing.skin()) < 0).any() or (thing.distances(other.skin()) < 0).any():
                 raise BadInput(f"{thing.name!r} would stand where {other.name!r} is.")
         self._things[thing.name] = thing
 
@@ -116,7 +116,7 @@ class World:
         fingers = _fingers(T, opening)
         for thing in self._things.values():
             if self._within(thing, T) and self._free(thing, T, opening):
-                return None if (thing.distances(fingers)[0] < FINGER / 2 - TOUCH).any() else thing.name
+                return None if (thing.distances(fingers) < FINGER / 2 - TOUCH).any() else thing.name
         return None
 
     # ---- one look ----
@@ -344,11 +344,12 @@ class World:
     def _push_away(self, thing: Thing, points, radius: float, T=None) -> None:
         """Balls of `radius` about `points` move the thing, or knock it over; `T` if they are those of what is held."""
         for _ in range(6):
-            distances, out = thing.distances(points)
+            distances = thing.distances(points)
             deepest = int(distances.argmin())
             depth = radius - distances[deepest]
             if depth <= TOUCH:
                 return
+            out = thing.ways_out(points)
             if abs(out[deepest, 2]) < 0.7:  # of all that touch it, the lowest pushes: there it slides most easily
                 touching = np.flatnonzero(distances < distances[deepest] + 5 * TOUCH)
                 deepest = int(touching[points[touching, 2].argmin()])
@@ -382,12 +383,12 @@ def _over(one: Thing, other: Thing) -> bool:
     """Do they overlap, seen from above?"""
     points = one.skin()
     points[:, 2] = other.T[2, 3]
-    return bool((other.distances(points)[0] < 0).any())
+    return bool((other.distances(points) < 0).any())
 
 
 def _overlap(one: Thing, other: Thing) -> np.ndarray | None:
     """The shortest horizontal way (3,) by which `other` comes clear of `one`; None if it is."""
-    if (other.distances(one.skin())[0] > 1 - TOUCH).all() and (one.distances(other.skin())[0] > 1 - TOUCH).all():
+    if (other.distances(one.skin()) > 1 - TOUCH).all() and (one.distances(other.skin()) > 1 - TOUCH).all():
         return None
     apart = other.at - one.at
     ways = [
