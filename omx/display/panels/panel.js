@@ -152,7 +152,7 @@
       const name = GREEK[word] ?? word, unit = kind === "deg" ? "\u00b0" : kind;
       const input = element("input", { type: "range", min: low, max: high, step, "aria-label": unit ? `${name} in ${unit}` : name });
       input.value = value;
-      const output = element("output", {}), digits = (String(step).split(".")[1] ?? "").length;
+      const output = element("output", {}), digits = Math.min(3, (String(step).split(".")[1] ?? "").length);
       const tell = () => {
         output.textContent = `${text(Number(input.value), digits)}${unit === "\u00b0" || !unit ? "" : "\u2009"}${unit}`;
         input.setAttribute("aria-valuetext", `${input.value} ${unit}`);
