@@ -8,8 +8,8 @@ from ...collision import OVER_THE_TABLE, PAIRS, capsules
 from ...geometry import Geometry
 from ...kinematics import BRANCHES, branch_name, frames
 from ..palette import AXES, INK, PALETTE, REFUSED, VERMILION
+from .arm_model import reach
 from .assets import as_expression
-from .skeleton import reach
 
 #: In which frame each of `collision.capsules` stands still.
 _FRAMES = (0, 2, 2, 3, 4, 4)
