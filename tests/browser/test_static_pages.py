@@ -425,6 +425,9 @@ def test_each_link_has_its_term_and_a_row_of_the_table_lights_its_frame(browser,
     page.locator(".omx-dh tbody tr").nth(2).hover()
     page.wait_for_timeout(400)
     assert frame.evaluate(shown) == [False, False, False, True, False]
+    place = "(i) => omxScene.viewer.scene_tree.find(['meshcat', 'frames', `${i}`]).object.position.toArray()"
+    ridden = [frame.evaluate(place, i) for i in range(5)]
+    assert 1e3 * np.array(ridden) == pytest.approx(omx.frames(q)[:, :3, 3], abs=1e-6)
     page.locator(".omx-dh tbody tr").nth(0).focus()
     page.wait_for_timeout(400)
     assert frame.evaluate(shown)[1] is True

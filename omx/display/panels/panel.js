@@ -82,13 +82,10 @@
         if (this.kind === "row") return this.post({ omx: "row", row: this.q });
         const nodes = {}, visible = {};
         if (this.pale) visible["/meshcat/ghosts"] = false;
-        this.frames(this.q).forEach((T, i) => { nodes[`/meshcat/arm/${i}`] = columns(T); });
-        if (this.terms) {
-          this.frames(this.q).forEach((T, i) => {
-            nodes[`/meshcat/frames/${i}`] = columns(T);
-            visible[`/meshcat/frames/${i}`] = this.terms.shown.includes(i) || (i > 0 && i === this.lit);
-          });
-        }
+        this.frames(this.q).forEach((T, i) => { // the axes of the frames ride on it (tool.js)
+          nodes[`/meshcat/arm/${i}`] = columns(T);
+          if (this.terms) visible[`/meshcat/frames/${i}`] = this.terms.shown.includes(i) || (i > 0 && i === this.lit);
+        });
         if (this.section) nodes["/meshcat/section"] = columns(A.link(this.q[0], 0, 0, Math.PI / 2));
         if (this.pose) nodes["/meshcat/notes/target"] = columns(A.task(this.about).matrix(this.pose));
         (this.found || []).forEach((s, k) => {
