@@ -210,7 +210,8 @@ def _as_floats(value, expected: str):
             return array.astype(np.float64, copy=False)
     except (ValueError, TypeError, OverflowError, RecursionError):
         array = None
-    raise BadInput(f"{expected}; got {_described(value, array)}.")
+    shape = f" of shape {array.shape}" if array is not None and array.ndim else ""
+    raise BadInput(f"{expected}; got {shown(value)}{shape}, which is not a table of real numbers.")
 
 
 def _hides_something(value) -> bool:
@@ -220,11 +221,6 @@ def _hides_something(value) -> bool:
     if isinstance(value, (list, tuple)):
         return any(type(entry) is not float and _hides_something(entry) for entry in value)
     return isinstance(value, (bool, np.bool_))
-
-
-def _described(value, array) -> str:
-    shape = f" of shape {array.shape}" if array is not None and array.ndim else ""
-    return f"{shown(value)}{shape}, which is not a table of real numbers"
 
 
 def shown(value) -> str:

@@ -122,7 +122,7 @@ class Chain:
             return self._symbolic_matrices(q)
         q = self._as_values(q)
         out = np.empty((*q.shape, 4, 4))
-        for i, row in enumerate(self._numeric_rows):
+        for i, row in enumerate(self.numeric_rows):
             fill(out[..., i, :, :], link_rows(*row.at(q[..., i]), np.cos, np.sin))
         if self.tool is not None:
             out[..., -1, :, :] = out[..., -1, :, :] @ self.tool
@@ -169,7 +169,8 @@ class Chain:
             raise JointLimit(violations, clipped(q, self.limits), self.name)
 
     @cached_property
-    def _numeric_rows(self) -> tuple[DHRow, ...]:
+    def numeric_rows(self) -> tuple[DHRow, ...]:
+        """The rows as plain floats."""
         return tuple(
             DHRow(float(row.theta), float(row.d), float(row.a), float(row.alpha), row.prismatic) for row in self.rows
         )

@@ -1,6 +1,7 @@
 """Two DH tables: are they the same robot? The same links and axes may be written with other joint coordinates."""
 
 from dataclasses import dataclass
+from itertools import product
 from math import degrees, pi, tau
 
 import numpy as np
@@ -108,12 +109,12 @@ def _tried(signs, offsets, i: int, prismatic):
     """Every partial answer with joint i in both senses, and with starts for the offset of the joint before it."""
     starts = STARTS if i and not prismatic[i - 1] else STARTS[:1]
     senses = (1.0, -1.0) if i < len(prismatic) else (1.0,)
-    rows = [(s, o, sense, start) for s, o in zip(signs, offsets, strict=True) for sense in senses for start in starts]
-    signs, offsets = np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
+    which, sense, start = map(list, zip(*product(range(len(signs)), senses, starts), strict=True))
+    signs, offsets = signs[which], offsets[which]
     if i < len(prismatic):
-        signs[:, i] = [row[2] for row in rows]
+        signs[:, i] = sense
     if i:
-        offsets[:, i - 1] = [row[3] for row in rows]
+        offsets[:, i - 1] = start
     return signs, offsets
 
 

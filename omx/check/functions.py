@@ -22,7 +22,7 @@ def function(function, reference, samples, name: str = "", unit: str = "", parts
     `unit` and `parts` describe the result, as in `value`. Raises `Wrong`, naming the first sample that fails.
     """
     name = _named(function, name)
-    rows = [_arguments(sample) for sample in _some(samples)]
+    rows = [sample if isinstance(sample, tuple) else (sample,) for sample in _some(samples)]
     expected = [np.asarray(reference(*row), float) for row in rows]
     answers = [_shaped(called(function, row, name), want, name) for row, want in zip(rows, expected, strict=True)]
     _degrees_taken(answers, reference, rows, expected, name)
@@ -259,10 +259,6 @@ def _some(samples) -> list:
     if not samples:
         raise BadInput("`samples` must hold at least one sample: a check without any would always pass.")
     return samples
-
-
-def _arguments(sample) -> tuple:
-    return sample if isinstance(sample, tuple) else (sample,)
 
 
 def _named(function, name: str) -> str:

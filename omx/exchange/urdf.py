@@ -22,7 +22,7 @@ import numpy as np
 
 from ..arm import BASE_OFFSET, FOREARM, NO_LOAD_SPEED, STALL_TORQUE, TURRET, UPPER_ARM, WRIST, ZERO
 from ..arrays import shown
-from ..collision import capsules
+from ..collision import Capsule, capsules
 from ..dh import Chain
 from ..errors import BadInput
 from ..geometry import COURSE, Geometry, as_arm
@@ -146,16 +146,15 @@ def _arm_parts(geometry: Geometry) -> list[Part]:
     frames = geometry.chain.frames(ZERO)
     shapes: list[list] = [[] for _ in range(6)]
     ends: list[list] = [[] for _ in range(6)]
-    of_link = {"base": 0, "upper arm": 2, "elbow": 2, "forearm": 3, "hand": 4, "fingers": 4}
-    upright = [(i, a, b, radius, name != "base") for name, a, b, radius in capsules(ZERO, geometry)
-               for i in [of_link[name]]]  # fmt: skip
-    upright.append((1, (0.0, 0.0, geometry.L1 - 20.0), (0.0, 0.0, geometry.L1), 18.0, False))
-    for i, a, b, radius, round_ends in upright:
+    of_link = {"base": 0, "turret": 1, "upper arm": 2, "elbow": 2, "forearm": 3, "hand": 4, "fingers": 4}
+    turret = Capsule("turret", (0.0, 0.0, geometry.L1 - 20.0), (0.0, 0.0, geometry.L1), 18.0)
+    for name, a, b, radius in (*capsules(ZERO, geometry), turret):
+        i = of_link[name]
         into = np.linalg.inv(frames[max(i - 1, 0)])
         a, b = (into[:3, :3] @ point + into[:3, 3] for point in (a, b))
         shapes[i].append(_rod(a, b, radius))
         ends[i] += [a, b]
-        if round_ends:
+        if i > 1:  # the others stand upright, with flat ends
             shapes[i] += [("sphere", (radius,), _at(point)) for point in (a, b)]
     parts = [Part(shapes[0], touches=True)]
     for i, (mass, (forward, up)) in enumerate((TURRET, UPPER_ARM, FOREARM, WRIST), start=1):

@@ -16,8 +16,9 @@ from book.reader import handin
 from omx import Chain, rotation
 from omx.analysis import Inverse
 from omx.derive import write_inverse
-from omx.display.panels import HandPanel, JointPanel, PosePanel, tables
+from omx.display.panels import HandPanel, JointPanel, PosePanel, RowPanel, tables
 from omx.display.viewer import View
+from omx.display.viewer.arm_data import chain_data
 from tests.browser.latency import percentile
 from tests.browser.pages import is_blank, pixels, share_changed
 from tests.browser.weblook import image_of, serious
@@ -373,6 +374,34 @@ def test_a_finger_drags_too_and_the_sliders_of_a_panel_follow(browser, tmp_path)
     context.close()
 
 
+def test_the_sliders_of_a_page_are_those_of_the_notebook(show, tmp_path):
+    """Their names, units, ends and steps, for every kind of joint end; another arm on the page brings its own."""
+    rows = [omx.DHRow(0, 77, 0, 1.0), omx.DHRow(0, 0, 100, 0), omx.DHRow(0, 10, 0, 0, True), omx.DHRow(0, 0, 50, 0.3)]
+    chain = omx.Chain(rows, [(-math.inf, math.inf), (-1.0, math.inf), (3.2, 4.6), (-0.011, 0.007)])
+    panels = [JointPanel(View.of_chain(chain, [0, 0, 4, 0])), RowPanel((0.5, 10, 20, 0.3)), PosePanel(), JointPanel()]
+    page, _ = show(with_panels(tmp_path, *panels))
+    ends = "(all) => all.map((s) => [s.ariaLabel.split(' in ')[1], ...[s.min, s.max, s.step].map(Number)])"
+    for box, panel in zip(page.locator(".omx-panel").all(), panels, strict=True):
+        limits = [
+            line.children[1].value.split() for line in panel.children[1].children[0].children[: len(panel.sliders)]
+        ]
+        units = [{"deg": "\u00b0", "mm": "mm"}[words[-1]] for words in limits]
+        wanted = [[unit, s.min, s.max, s.step] for unit, s in zip(units, panel.sliders, strict=True)]
+        found = box.locator(".omx-sliders input").evaluate_all(ends)
+        assert [row[0] for row in found] == units
+        np.testing.assert_allclose([row[1:] for row in found], [row[1:] for row in wanted], rtol=1e-12)
+    longer = omx.Chain([*rows, omx.DHRow(0.1, 5, 5, 0)])
+    become = "([box], about) => box.omxPanel.become(about, [])"
+    page.locator(".omx-panel").evaluate_all(become, chain_data(longer, None))
+    found = page.locator(".omx-panel").first.locator(".omx-sliders input").evaluate_all(ends)
+    assert found == [
+        ["\u00b0", -180, 180, 1],
+        ["\u00b0", -180, 180, 1],
+        ["mm", 0, 100, 1],
+        *[["\u00b0", -180, 180, 1]] * 2,
+    ]
+
+
 def test_each_link_has_its_term_and_a_row_of_the_table_lights_its_frame(browser, tmp_path):
     """On a small screen the arm and its sliders are in sight together; numbers are Python's."""
     path = with_panels(tmp_path, JointPanel(q=omx.HOME, terms=True))
@@ -396,6 +425,9 @@ def test_each_link_has_its_term_and_a_row_of_the_table_lights_its_frame(browser,
     page.locator(".omx-dh tbody tr").nth(2).hover()
     page.wait_for_timeout(400)
     assert frame.evaluate(shown) == [False, False, False, True, False]
+    place = "(i) => omxScene.viewer.scene_tree.find(['meshcat', 'frames', `${i}`]).object.position.toArray()"
+    ridden = [frame.evaluate(place, i) for i in range(5)]
+    assert 1e3 * np.array(ridden) == pytest.approx(omx.frames(q)[:, :3, 3], abs=1e-6)
     page.locator(".omx-dh tbody tr").nth(0).focus()
     page.wait_for_timeout(400)
     assert frame.evaluate(shown)[1] is True

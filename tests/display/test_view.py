@@ -322,17 +322,17 @@ def test_any_chain_is_drawn_from_its_table_alone():
 
 def test_prismatic_joints_are_boxes_and_revolute_ones_cylinders():
     """A box has few vertices, a cylinder many; the rod of the slider is long enough for its stroke."""
-    from omx.display.viewer import skeleton
+    from omx.display.viewer import arm_model
 
-    box, cylinder = skeleton.Solid(), skeleton.Solid()
-    skeleton._joint(box, True, 5.0)
-    skeleton._joint(cylinder, False, 5.0)
+    box, cylinder = arm_model.Solid(), arm_model.Solid()
+    arm_model._joint(box, True, 5.0)
+    arm_model._joint(cylinder, False, 5.0)
     assert len(box.arrays()[0]) < len(cylinder.arrays()[0]) / 3
-    assert skeleton.reach(FIXED) == pytest.approx(skeleton.reach(PRISMATIC) + 2 * math.hypot(12, 5, 40))
-    drawn = skeleton.drawings(FIXED)
+    assert arm_model.reach(FIXED) == pytest.approx(arm_model.reach(PRISMATIC) + 2 * math.hypot(12, 5, 40))
+    drawn = arm_model.chain_drawings(FIXED)
     assert set(drawn) == {0, 1, 2, 3}
-    rod = skeleton.Solid()
-    skeleton._link(rod, omx.DHRow(0, 20, 0, 0, prismatic=True), 80.0, 5.0)
+    rod = arm_model.Solid()
+    arm_model._link(rod, omx.DHRow(0, 20, 0, 0, prismatic=True), 80.0, 5.0)
     points, unit, *_ = rod.arrays()
     assert 1e3 * unit * points[:, 2].min() == pytest.approx(-100, abs=5)
 

@@ -18,8 +18,8 @@ from ...kinematics import IKSolution, ik, solve_ik
 from ...kinematics import pose as tool_pose
 from ...rotation import from_rpy, rigid, to_rpy
 from ..palette import PALETTE
-from ..viewer import skeleton
 from ..viewer.arm_data import branch_names
+from ..viewer.arm_model import reach
 from ..viewer.view import View
 from . import tables
 from .panel import Panel, as_view
@@ -140,9 +140,9 @@ class PosePanel(BranchPanel):
         if view.geometry is None:
             raise BadInput(f"a PosePanel shows this book's arm; {view!r} is of another chain.")
         self.geometry, self.chain = view.geometry, view.chain
-        reach = math.ceil(sum((self.geometry.L2, self.geometry.L3, self.geometry.L4)))
-        rows = [("x", "mm", -reach, reach), ("y", "mm", -reach, reach)]
-        rows += [("z", "mm", -200, math.floor(self.geometry.L1) + reach), ("pitch", "deg", -120, 120)]
+        far = math.ceil(sum((self.geometry.L2, self.geometry.L3, self.geometry.L4)))
+        rows = [("x", "mm", -far, far), ("y", "mm", -far, far)]
+        rows += [("z", "mm", -200, math.floor(self.geometry.L1) + far), ("pitch", "deg", -120, 120)]
         view.let_drag(LIMITS, handle=True)
         super().__init__(view, rows, branch_names(), q)
 
@@ -192,8 +192,8 @@ class HandPanel(BranchPanel):
             raise BadInput(f"`inverse` must be an omx.analysis.Inverse of six joints; got {shown(inverse)}.")
         self.inverse, self.chain = inverse, inverse.chain
         view = View.of_chain(self.chain, q)
-        reach = math.ceil(skeleton.reach(self.chain))
-        rows = [(name, "mm", -reach, reach) for name in "xyz"]
+        far = math.ceil(reach(self.chain))
+        rows = [(name, "mm", -far, far) for name in "xyz"]
         rows += [(name, "deg", -turn, turn) for name, turn in (("roll", 180), ("pitch", 90), ("yaw", 180))]
         view.let_drag(self.chain.limits, handle=True, inverse=inverse)
         super().__init__(view, rows, inverse.branches, q)

@@ -82,13 +82,10 @@
         if (this.kind === "row") return this.post({ omx: "row", row: this.q });
         const nodes = {}, visible = {};
         if (this.pale) visible["/meshcat/ghosts"] = false;
-        this.frames(this.q).forEach((T, i) => { nodes[`/meshcat/arm/${i}`] = columns(T); });
-        if (this.terms) {
-          this.frames(this.q).forEach((T, i) => {
-            nodes[`/meshcat/frames/${i}`] = columns(T);
-            visible[`/meshcat/frames/${i}`] = this.terms.shown.includes(i) || (i > 0 && i === this.lit);
-          });
-        }
+        this.frames(this.q).forEach((T, i) => { // the axes of the frames ride on it (tool.js)
+          nodes[`/meshcat/arm/${i}`] = columns(T);
+          if (this.terms) visible[`/meshcat/frames/${i}`] = this.terms.shown.includes(i) || (i > 0 && i === this.lit);
+        });
         if (this.section) nodes["/meshcat/section"] = columns(A.link(this.q[0], 0, 0, Math.PI / 2));
         if (this.pose) nodes["/meshcat/notes/target"] = columns(A.task(this.about).matrix(this.pose));
         (this.found || []).forEach((s, k) => {
@@ -152,7 +149,7 @@
       const name = GREEK[word] ?? word, unit = kind === "deg" ? "\u00b0" : kind;
       const input = element("input", { type: "range", min: low, max: high, step, "aria-label": unit ? `${name} in ${unit}` : name });
       input.value = value;
-      const output = element("output", {}), digits = (String(step).split(".")[1] ?? "").length;
+      const output = element("output", {}), digits = Math.min(3, (String(step).split(".")[1] ?? "").length);
       const tell = () => {
         output.textContent = `${text(Number(input.value), digits)}${unit === "\u00b0" || !unit ? "" : "\u2009"}${unit}`;
         input.setAttribute("aria-valuetext", `${input.value} ${unit}`);

@@ -1,6 +1,7 @@
 """What JavaScript needs to know about an arm, as plain data: `arm.js` and `tool.js` read it."""
 
 import math
+from dataclasses import asdict
 from pathlib import Path
 
 from ...arm import HOME, LIMITS, ZERO
@@ -8,8 +9,8 @@ from ...collision import OVER_THE_TABLE, PAIRS, capsules
 from ...geometry import Geometry
 from ...kinematics import BRANCHES, branch_name, frames
 from ..palette import AXES, INK, PALETTE, REFUSED, VERMILION
+from .arm_model import reach
 from .assets import as_expression
-from .skeleton import reach
 
 #: In which frame each of `collision.capsules` stands still.
 _FRAMES = (0, 2, 2, 3, 4, 4)
@@ -58,7 +59,7 @@ def chain_data(chain, limits, inverse=None) -> dict:
     """
     fixed = {name: T.tolist() for name in ("base", "tool") if (T := getattr(chain, name)) is not None}
     about = {
-        **fixed, "rows": [_numbers(row) for row in chain.rows], "names": list(chain.names), "reach": reach(chain),
+        **fixed, "rows": [asdict(row) for row in chain.numeric_rows], "names": list(chain.names), "reach": reach(chain),
         "sliders": joint_sliders(chain, limits),
         "limits": None if limits is None else [[v if math.isfinite(v) else None for v in pair] for pair in limits],
     }  # fmt: skip
@@ -82,9 +83,3 @@ def arm_data(geometry: Geometry, limits=LIMITS) -> dict:
         "branches": branch_names(), "parts": parts, "pairs": [list(p) for p in PAIRS], "over": list(OVER_THE_TABLE),
         "colours": {**_COLOURS, "branches": PALETTE[:4]},
     }  # fmt: skip
-
-
-def _numbers(row) -> dict:
-    """A DH row as plain numbers."""
-    numbers = {name: float(getattr(row, name)) for name in ("theta", "d", "a", "alpha")}
-    return {**numbers, "prismatic": bool(row.prismatic)}

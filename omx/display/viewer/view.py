@@ -13,9 +13,9 @@ from ...geometry import COURSE, as_geometry
 from ...kinematics import pose as tool_pose
 from ...kinematics import warn_if_replaced
 from ..palette import PALETTE
-from . import annotations, camera_and_light, commands, skeleton
+from . import annotations, camera_and_light, commands
 from .arm_data import arm_data, chain_data
-from .arm_model import arm_drawings, finger_drawings, ghost_drawings, is_our_arm
+from .arm_model import arm_drawings, finger_drawings, ghost_drawings, is_our_arm, reach
 from .camera_and_light import Camera
 from .channel import Channel
 from .scene import Scene
@@ -52,7 +52,7 @@ class View(Scene):
         as_chain(chain)
         view = cls.__new__(cls)
         view.geometry = None
-        size = skeleton.reach(chain)
+        size = reach(chain)
         aim, distance = (0.0, 0.0, 0.25e-3 * size), 3.4e-3 * size
         Scene.__init__(view, height=height, camera=camera, aim=aim, distance=distance)
         view._show(chain, [0.0] * len(chain) if q is None else q)
