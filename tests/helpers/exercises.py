@@ -1,12 +1,12 @@
 """The exercises of a chapter, and which answers `trials.py` tries on each."""
 
+import ast
 import re
 import tomllib
 from pathlib import Path
 
 from book.chapters import student
 from book.chapters.cells import is_code, source, tags
-from tests.helpers.mutants import names_read
 
 #: Wrong answers that somebody would write, and that a check once accepted or explained badly.
 KNOWN = {
@@ -54,3 +54,8 @@ def job(title, solution, check, broken):
     codes += [(f"{name}: known {n}", code) for name in answers for n, code in enumerate(KNOWN.get(name, ()))]
     slips = STUDENTS.get(number[0], []) if number else []
     return {"title": title, "answers": answers, "check": check, "codes": codes, "slips": slips}
+
+
+def names_read(code: str) -> set[str]:
+    """The names that a cell uses."""
+    return {node.id for node in ast.walk(ast.parse(code)) if isinstance(node, ast.Name)}
