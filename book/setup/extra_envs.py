@@ -13,7 +13,7 @@ import sysconfig
 
 from book.setup.file_lock import one_at_a_time
 from book.setup.installers import Failed, installer_environment
-from book.setup.paths import ENVIRONMENT, ROOT, WINDOWS, Stop, child_environment
+from book.setup.paths import ENVIRONMENT, LEFT_OUT, ROOT, WINDOWS, Stop, child_environment
 
 
 def requirements(name):
@@ -56,7 +56,7 @@ def make(folder, there, wanted):
     asked = subprocess.run([there, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"], capture_output=True,
                            text=True, check=True)  # fmt: skip
     own = asked.stdout.strip()
-    lines = [str(ROOT), sysconfig.get_path("purelib"), sysconfig.get_path("platlib")]
+    lines = [str(ROOT), sysconfig.get_path("purelib"), sysconfig.get_path("platlib"), LEFT_OUT]
     with open(os.path.join(own, "book.pth"), "w", encoding="utf-8") as file:
         file.write("\n".join(dict.fromkeys(lines)) + "\n")
 

@@ -15,6 +15,7 @@ from book.setup.file_lock import one_at_a_time
 from book.setup.installers import Failed, ask, call, explain
 from book.setup.paths import (
     ENVIRONMENT,
+    LEFT_OUT,
     PYTHON,
     ROOT,
     STAMP,
@@ -215,7 +216,7 @@ def link_package():
     """
     packages = Path(ask("-c", SITE_PACKAGES)[1])
     way = os.path.relpath(ROOT, packages)  # Python takes it word for word, links or not
-    (packages / "omx.pth").write_text(way + "\n", encoding="utf-8")
+    (packages / "omx.pth").write_text(f"{way}\n{LEFT_OUT}\n", encoding="utf-8")
 
 
 def quieten_lab():

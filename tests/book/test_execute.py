@@ -37,7 +37,7 @@ def test_a_failing_cell_is_named_and_the_file_stays(tmp_path, capsys):
 
 
 def test_an_endless_cell_is_stopped(tmp_path, capsys):
-    path = notebook(tmp_path, "while True: pass")
+    path = notebook(tmp_path, "import time\nwhile True:\n    time.sleep(0.01)")
     assert execute.main(["--timeout", "3", str(path)]) == 1
     assert "Stopped after 3 s" in capsys.readouterr().err
 

@@ -25,6 +25,11 @@ CELLS = {
     "lost output": "print(6)",
     "kernel": GOODBYE,
 }
+EXERCISE = [
+    markdown("### Exercise 99.1 \N{MIDDLE DOT} half of it", tags=["exercise"]),
+    code("half = 21", tags=["solution"]),
+    code("from omx import check\ncheck.value(half, 21, 'half')", tags=["check"]),
+]
 EDITS = (  # what a stored notebook holds, what it holds after the edit
     ('"42 mm', '"41 mm'),
     ('"drawn', '"draw'),
@@ -32,6 +37,7 @@ EDITS = (  # what a stored notebook holds, what it holds after the edit
     ("x^{2}", "x^{3}"),
     ('"a = 6"', '"a = 6; print(a)"'),
     ('"print(6)"', '"b = 6"'),
+    ("check.value(half, 21, 'half')", "check.that(half != 42, 'Half.', 'half')"),  # of wrong answers it refuses one
 )
 
 
@@ -47,7 +53,7 @@ def validate(path):
 def stored(tmp_path_factory):
     """A notebook of all these cells, executed and stored."""
     path = tmp_path_factory.mktemp("nbval") / "scratch.ipynb"
-    cells = [markdown("# Scratch"), *map(code, CELLS.values())]
+    cells = [markdown("# Scratch"), *map(code, CELLS.values()), *EXERCISE]
     normalise.write(path, normalise.normalise({"cells": cells, "nbformat": 4}))
     execute.execute(path)
     return path
@@ -57,7 +63,7 @@ def test_an_unchanged_notebook_passes_and_its_kernel_leaves_politely(stored):
     (stored.parent / "goodbye").unlink(missing_ok=True)
     status, said = validate(stored)
     assert status == 0, said
-    assert f"{len(CELLS)} passed" in said
+    assert f"{len(CELLS) + 2} passed" in said
     assert (stored.parent / "goodbye").exists()
     assert not psutil.pid_exists(int((stored.parent / "pid").read_text()))
 
@@ -71,9 +77,11 @@ def test_each_stale_output_fails(stored, tmp_path):
     stale.write_text(text)
     status, said = validate(stale)
     assert status == 1, said
-    assert f"{len(EDITS)} failed, {len(CELLS) - len(EDITS)} passed" in said
+    assert f"{len(EDITS)} failed, {len(CELLS) + 2 - len(EDITS)} passed" in said
     assert "Unexpected output" in said
     assert "Missing output" in said
+    assert "this wrong answer is accepted: half: sign" in said
+    assert "this wrong answer is accepted: half: twice" not in said
 
 
 def test_notebooks_write_modules_into_a_scratch_folder_only():

@@ -98,6 +98,11 @@ class Clone:
         )
 
     @property
+    def ensurepip(self):
+        """A module that takes the place of Python's own, for it lies in the folder from which that is started."""
+        return self.root / "ensurepip.py"
+
+    @property
     def python(self):
         return self.root / paths.PYTHON.relative_to(paths.ROOT)
 
@@ -113,11 +118,33 @@ def base_python():
     return getattr(sys, "_base_executable", sys.executable)
 
 
+@pytest.fixture(scope="module")
+def pip(tmp_path_factory):
+    """An environment that the real `ensurepip` has made, once for all tests."""
+    folder = tmp_path_factory.mktemp("pip")
+    subprocess.run([base_python(), "-m", "venv", folder], check=True)
+    return folder
+
+
+#: In the place of `ensurepip`: links to what that has made elsewhere.
+LINKED_PIP = """
+import os, sys
+for folder, _, files in os.walk({pip!r}):
+    here = os.path.join(sys.prefix, os.path.relpath(folder, {pip!r}))
+    os.makedirs(here, exist_ok=True)
+    for name in set(files) - set(os.listdir(here)):
+        os.link(os.path.join(folder, name), os.path.join(here, name))
+"""
+
+
 @pytest.fixture
-def clone(tmp_path):
+def clone(tmp_path, pip):
+    """Its `ensurepip` links what the real one has made, which takes two seconds; who tests that one takes it away."""
     if UV is None:
         pytest.skip("uv is not installed")
-    return Clone(tmp_path)
+    clone = Clone(tmp_path)
+    clone.ensurepip.write_text(LINKED_PIP.format(pip=str(pip)))
+    return clone
 
 
 def one_sentence(done):
@@ -167,6 +194,7 @@ def test_without_uv_on_the_path_the_pinned_one_is_used(clone):
 
 
 def test_without_any_working_uv_pip_does_it(clone):
+    clone.ensurepip.unlink()
     clone.stub_uv("import sys; sys.exit('no wheels for this machine')")
     done = clone.run("test", uv=False)
     assert done.stdout.splitlines()[-1] == "tiny pytest -n 2", done.stdout + done.stderr
@@ -351,6 +379,7 @@ def test_packages_that_were_made_for_another_python_are_named_as_such(clone):
 @pytest.mark.parametrize("uv", [True, False], ids=["uv", "pip"])
 def test_the_users_settings_for_other_work_do_not_reach_the_installers(clone, tmp_path, uv):
     """All of them at once; the first Python, `run.py`'s own, must bear them, too."""
+    clone.ensurepip.unlink()
     hostile = {"uv.toml": 'exclude-newer = "2001-01-01"\nrequire-hashes = true\n'}
     hostile |= {".config/uv/uv.toml": hostile["uv.toml"], ".config/pip/pip.conf": "[install]\nuser = true\n"}
     for name, text in hostile.items():

@@ -1,7 +1,8 @@
 """A pytest plugin: one run of each chapter for everybody, which the site, the slides and the other tests use again.
 
 `install` teaches nbval to run a chapter as the site does, with its scenes as data, and to keep the outputs once every
-cell has passed. Stored outputs are compared with the eyes of the normaliser: no figures, widgets or scenes.
+cell has passed. Stored outputs are compared with the eyes of the normaliser: no figures, widgets or scenes. What
+accepts the right answers of an exercise must then refuse wrong ones, in the same kernel: `trials.py` tries them.
 """
 
 import json
@@ -16,6 +17,10 @@ from nbval import kernel, plugin
 from book.chapters import normalise
 from book.chapters.kernels import BlockingSocketKernelManager
 from book.publish import runs
+from tests.helpers import exercises
+
+#: For all wrong answers of one exercise; they take seconds.
+TRIAL_TIMEOUT_S = 300
 
 _set_up, _tear_down = plugin.IPyNbFile.setup, plugin.IPyNbFile.teardown
 _message, _run, _compare = (
@@ -63,13 +68,39 @@ def is_chapter(file):
 
 def set_up(file):
     file.passed, file.displays = {}, {}
+    file.jobs = exercises.jobs(normalise.read(file.path)["cells"])
     with mock.patch.dict(os.environ, runs.variables(file.path) if is_chapter(file) else {}):
         _set_up(file)
 
 
 def run_cell(cell):
+    number, job = cell.cell_num, cell.parent.jobs.get(cell.cell_num)
+    if number in cell.parent.jobs:
+        told_by(cell.parent.kernel, f"remember({'after' if job else 'before'!r})")
     _run(cell)
-    cell.parent.passed[cell.cell_num] = cell.test_outputs
+    if job:
+        faults, table = json.loads(told_by(cell.parent.kernel, f"tried({json.dumps(job)!r})"))
+        print(job["title"], *table, sep="\n")
+        if faults:
+            cell.raise_cell_error(f"{job['title']}: the check does not refuse as it should", "\n".join(faults))
+    cell.parent.passed[number] = cell.test_outputs
+
+
+def told_by(kernel, call):
+    """What a function of `trials.py` prints in the kernel; names, history and outputs of the chapter stay the same."""
+    asked = kernel.kc.execute(f"__import__('tests.helpers.trials').helpers.trials.{call}", silent=True)
+    kernel.await_reply(asked, timeout=TRIAL_TIMEOUT_S)
+    said = []
+    while True:
+        message = kernel.get_message("iopub", timeout=30)
+        if message["parent_header"].get("msg_id") != asked:
+            continue
+        if message["msg_type"] == "error":
+            raise RuntimeError("\n".join(message["content"]["traceback"]))
+        if message["msg_type"] == "stream":
+            said.append(message["content"]["text"])
+        elif message["content"].get("execution_state") == "idle":
+            return "".join(said)
 
 
 def tear_down(file):

@@ -1,6 +1,5 @@
 """Wrong answers made from right ones: the slips that students make, for any answer of any exercise."""
 
-import ast
 import inspect
 import math
 
@@ -214,8 +213,3 @@ def same(a, b) -> bool:
         return a.shape == b.shape and bool(np.allclose(a, b, rtol=1e-7, atol=1e-9))
     except (TypeError, ValueError):
         return a is b
-
-
-def names_read(code: str) -> set[str]:
-    """The names that a cell uses."""
-    return {node.id for node in ast.walk(ast.parse(code)) if isinstance(node, ast.Name)}

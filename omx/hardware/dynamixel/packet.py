@@ -89,12 +89,14 @@ def _crc_table() -> tuple[int, ...]:
 _CRC = _crc_table()
 
 
-@lru_cache
-def crc16(data: bytes, crc: int = 0) -> int:
-    """The checksum: CRC-16, polynomial 0x8005, not reflected; start from `crc` to continue an earlier one.
+def crc16(data: bytes | bytearray, crc: int = 0) -> int:
+    """The checksum: CRC-16, polynomial 0x8005, not reflected; start from `crc` to continue an earlier one."""
+    return _crc16(bytes(data), crc)
 
-    Kept for a while: at a virtual arm both ends of the line are in one process, and ask for the same one.
-    """
+
+@lru_cache
+def _crc16(data: bytes, crc: int) -> int:
+    """Kept for a while: at a virtual arm both ends of the line are in one process, and ask for the same one."""
     table = _CRC
     for byte in data:
         crc = (crc << 8 & 0xFF00) ^ table[crc >> 8 ^ byte]
