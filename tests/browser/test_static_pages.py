@@ -92,7 +92,7 @@ HEARD = """(ms) => new Promise((done) => {
 })"""
 
 
-def test_a_scene_plays_in_a_page_that_fetches_nothing_and_at_rest_asks_for_no_frame(show, tmp_path):
+def test_a_scene_plays_in_a_page_that_fetches_nothing(show, tmp_path):
     view = View()
     view.animate([omx.HOME, (0.9, 0.2, 0.2, 0.5), omx.HOME], seconds=2)
     path = write(tmp_path, view.static_html())

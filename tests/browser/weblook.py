@@ -111,10 +111,10 @@ class Look:
         return frame
 
 
-def serious(page, where="body", tags=""):
-    """What axe finds serious or critical in a page, or in a scene's frame, below `where`; `tags`: by rules of these."""
+def serious(page, where="body", rules=()):
+    """What axe finds serious or critical in a page, or in a scene's frame, below `where`; by all rules, or by these."""
     page.evaluate(f"{(npm.modules() / 'axe-core/axe.min.js').read_text(encoding='utf-8')}; 0")
-    options = {"iframes": False, "resultTypes": ["violations"]} | ({"runOnly": tags.split()} if tags else {})
+    options = {"iframes": False, "resultTypes": ["violations"]} | ({"runOnly": list(rules)} if rules else {})
     run = "([where, options]) => axe.run(document.querySelector(where), options)"
     found = page.evaluate(run, [where, options])["violations"]
     return [
