@@ -81,18 +81,27 @@ def look(context, home):
         yield look
 
 
+@pytest.fixture(scope="module")
+def sound():
+    """The JupyterLab page in which the last test passed, if it did: the next notebook is opened there."""
+    return []
+
+
 @pytest.fixture
-def open_page(context, lab):
-    """Open a notebook of the scratch folder; its page and kernel end with the test."""
-    pages = []
+def open_page(context, lab, sound, request):
+    """Open a notebook of the scratch folder; it and its kernel end with the test, and after a failure the page does."""
+    pages, failed = [], request.session.testsfailed
 
     def opener(path):
-        pages.append(NotebookPage(context, lab, path))
+        pages.append(sound.pop().go_on_to(path) if sound else NotebookPage(context, lab, path))
         return pages[-1]
 
     yield opener
     for page in pages:
-        page.close()
+        if request.session.testsfailed == failed and not sound and page.leave():
+            sound.append(page)
+        else:
+            page.close()
     end_kernels(lab)
 
 

@@ -47,7 +47,7 @@ MEASURE = """async (presses) => {
   const timed = async (answer, act) => {
     const start = performance.now();
     act();
-    const late = new Promise((_, fail) => setTimeout(() => fail(new Error("no answer in a minute")), 60_000));
+    const late = new Promise((_, refuse) => setTimeout(() => refuse(new Error(`no answer to ${act}`)), 60e3));
     const time = (await Promise.race([answer, late])) - start;
     await pause(100);
     return time;

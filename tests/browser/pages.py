@@ -45,9 +45,12 @@ class NotebookPage:
         self._wait_for_notebook()
 
     def leave(self):
-        """Close the notebook, as a reader does who goes on to another; JupyterLab stays."""
+        """Close the notebook, as a reader does who goes on to another; False if JupyterLab is gone, or asks back."""
+        if not self.page.url.startswith(self._lab.url) or self.page.locator(".jp-Dialog").count():
+            return False
         self.menu("File", "Close All Tabs")
         self.page.locator(".jp-NotebookPanel").first.wait_for(state="detached")
+        return True
 
     def go_on_to(self, path):
         """Open another notebook in the JupyterLab that is there: half the work of a new page."""
@@ -56,6 +59,7 @@ class NotebookPage:
         self.page.locator(".jp-Dialog input").fill(path.relative_to(self._lab.root).as_posix())
         self.page.locator(".jp-Dialog .jp-mod-accept").click()
         self._wait_for_notebook()
+        return self
 
     def menu(self, name, entry):
         """Choose an entry of the menu bar."""

@@ -4,8 +4,7 @@ import pytest
 
 from book.chapters import generate, normalise
 from tests.book.test_notebooks import checked_in
-from tests.browser.conftest import end_kernels
-from tests.browser.pages import NotebookPage, fatal, is_blank, pixels, share_changed
+from tests.browser.pages import fatal, is_blank, pixels, share_changed
 
 CHAPTERS = sorted(path.name for path in normalise.NOTEBOOKS.glob("*.ipynb"))
 
@@ -16,27 +15,9 @@ def motion():
     return "reduce"
 
 
-@pytest.fixture(scope="module")
-def sound():
-    """The JupyterLab page in which the last chapter passed, if it did: the next one is opened there."""
-    return []
-
-
-@pytest.fixture
-def page(name, context, lab, sound):
-    path = lab.root / "notebooks" / name
-    if sound:
-        page = sound.pop()
-        page.go_on_to(path)
-    else:
-        page = NotebookPage(context, lab, path)
-    yield page
-    page.leave() if sound else page.close()
-    end_kernels(lab)
-
-
 @pytest.mark.parametrize("name", CHAPTERS)
-def test_chapter(name, lab, page, sound):
+def test_chapter(name, lab, open_page):
+    page = open_page(lab.root / "notebooks" / name)
     ports = lab.listening()
     cells = page.run_all()
     check_outputs(cells)
@@ -52,7 +33,6 @@ def test_chapter(name, lab, page, sound):
         check_slider(page, scene, panel.locator(".noUi-handle").first)
     assert name[:2] != "00" or panel is not None, "the first chapter has the arm under sliders"
     assert not page.errors
-    sound.append(page)
 
 
 def test_what_they_wrote_is_what_is_checked_in(lab):

@@ -372,25 +372,24 @@ def test_scenes_follow_the_theme_without_a_reload(look):
     turn_to(look, "light")
     assert brightness(frame) > 220
     assert (frame.evaluate(POSED), frame.evaluate(SEEN_FROM)) == kept
+    look.page.evaluate("localStorage.clear()")  # the choice, for the pages of other tests
     assert look.problems == []
 
 
-def test_a_page_opened_in_the_dark_has_dark_scenes_and_pale_words(browser, home):
-    context = browser.new_context(viewport={"width": 1280, "height": 860}, color_scheme="dark")
-    with Look(context, home) as look:
-        look.open("notebooks/02-frames-and-dh.html").settle()
-        box = look.page.locator(".omx-panel[data-kind=row] .omx-scene")
-        frame = look.scene(box)
-        frame.wait_for_timeout(900)
-        assert brightness(frame) < 90
-        words = frame.evaluate(
-            "() => { const found = []; omxScene.viewer.scene.traverse((o) => { if (o.isSprite) found.push("
-            "atob(o.material.map.image.src.split(',')[1])); }); return found; }"
-        )
-        assert len(words) >= 10
-        assert not [word for word in words if 'stroke="#ffffff"' in word]
-        assert look.problems == []
-    context.close()
+def test_a_page_opened_in_the_dark_has_dark_scenes_and_pale_words(look):
+    look.page.emulate_media(color_scheme="dark")
+    look.open("notebooks/02-frames-and-dh.html").settle()
+    box = look.page.locator(".omx-panel[data-kind=row] .omx-scene")
+    frame = look.scene(box)
+    frame.wait_for_timeout(900)
+    assert brightness(frame) < 90
+    words = frame.evaluate(
+        "() => { const found = []; omxScene.viewer.scene.traverse((o) => { if (o.isSprite) found.push("
+        "atob(o.material.map.image.src.split(',')[1])); }); return found; }"
+    )
+    assert len(words) >= 10
+    assert not [word for word in words if 'stroke="#ffffff"' in word]
+    assert look.problems == []
 
 
 VISIBLE = "(e) => e.offsetHeight > 100 && getComputedStyle(e).visibility === 'visible'"
@@ -399,27 +398,25 @@ PAINTED = """(e) => [getComputedStyle(e).color, getComputedStyle(document.body).
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_paper_is_white_and_shows_every_scene(browser, home, theme):
+def test_paper_is_white_and_shows_every_scene(look, theme):
     """Without having been scrolled to; and the reader's theme comes back."""
-    context = browser.new_context(viewport={"width": 1280, "height": 860}, color_scheme=theme)
-    with Look(context, home) as look:
-        look.open("notebooks/02-frames-and-dh.html").settle()
-        look.page.emulate_media(media="print")
-        look.page.evaluate("dispatchEvent(new Event('beforeprint'))")
-        printed = look.page.locator("img.omx-print")
-        assert printed.count() == len(scenes(look)) > 5
-        for i in range(printed.count()):
-            assert printed.nth(i).evaluate(VISIBLE)
-            assert not is_blank(image_of(printed.nth(i).get_attribute("src")))
-        for box in scenes(look):
-            assert not box.is_visible()
-        for words in ("h1", "article p", "article h2"):
-            ink, paper = look.page.locator(words).first.evaluate(PAINTED)
-            assert ink < 90
-            assert paper > 240
-        look.page.evaluate("dispatchEvent(new Event('afterprint'))")
-        assert look.page.evaluate("document.documentElement.dataset.theme") == theme
-    context.close()
+    look.page.emulate_media(color_scheme=theme)
+    look.open("notebooks/02-frames-and-dh.html").settle()
+    look.page.emulate_media(media="print")
+    look.page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    printed = look.page.locator("img.omx-print")
+    assert printed.count() == len(scenes(look)) > 5
+    for i in range(printed.count()):
+        assert printed.nth(i).evaluate(VISIBLE)
+        assert not is_blank(image_of(printed.nth(i).get_attribute("src")))
+    for box in scenes(look):
+        assert not box.is_visible()
+    for words in ("h1", "article p", "article h2"):
+        ink, paper = look.page.locator(words).first.evaluate(PAINTED)
+        assert ink < 90
+        assert paper > 240
+    look.page.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert look.page.evaluate("document.documentElement.dataset.theme") == theme
 
 
 def test_the_safety_card_is_one_page(look):
@@ -428,18 +425,16 @@ def test_the_safety_card_is_one_page(look):
     assert len(re.findall(rb"/Type\s*/Page\b", paper)) == 1
 
 
-def test_arrows_in_a_wide_formula_scroll_it_and_the_page_stays(browser, home):
-    context = browser.new_context(viewport={"width": 390, "height": 844})
-    with Look(context, home) as look:
-        look.open("notebooks/02-frames-and-dh.html").settle()
-        box = look.page.locator("div.math[tabindex], mjx-container[tabindex], pre[tabindex]").first
-        box.focus()
-        for _ in range(3):
-            box.press("ArrowRight")
-        look.page.wait_for_timeout(300)
-        assert look.page.url.endswith("02-frames-and-dh.html")
-        assert box.evaluate("(e) => e.scrollLeft") > 0
-    context.close()
+def test_arrows_in_a_wide_formula_scroll_it_and_the_page_stays(look):
+    look.page.set_viewport_size({"width": 390, "height": 844})
+    look.open("notebooks/02-frames-and-dh.html").settle()
+    box = look.page.locator("div.math[tabindex], mjx-container[tabindex], pre[tabindex]").first
+    box.focus()
+    for _ in range(3):
+        box.press("ArrowRight")
+    look.page.wait_for_timeout(300)
+    assert look.page.url.endswith("02-frames-and-dh.html")
+    assert box.evaluate("(e) => e.scrollLeft") > 0
 
 
 def test_the_section_of_the_workspace_turns_with_the_arm(look):

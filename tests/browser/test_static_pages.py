@@ -25,20 +25,28 @@ from tests.browser.weblook import image_of, serious
 from tests.helpers.six_joint_arms import ARMS
 
 
-@pytest.fixture
-def show(browser):
-    """Open a page of the disk; returns it, and the addresses that it asked for."""
-    context = browser.new_context(viewport={"width": 900, "height": 700})
+@pytest.fixture(scope="module")
+def window():
+    return 900, 700
 
-    def opener(path):
-        page = context.new_page()
-        asked = []
+
+@pytest.fixture
+def show(context):
+    """Open a page of the disk; returns it, and the addresses that it asked for."""
+    pages = []
+
+    def opener(path, size=None):
+        pages.append(context.new_page())
+        page, asked = pages[-1], []
+        if size:
+            page.set_viewport_size(size)
         page.on("request", lambda request: asked.append(request.url))
         page.goto(path.as_uri())
         return page, asked
 
     yield opener
-    context.close()
+    for page in pages:
+        page.close()
 
 
 def write(folder, *bodies, script=""):
@@ -76,9 +84,16 @@ ASKED = """(ms) => new Promise((done) => {
   window.requestAnimationFrame = (draw) => { asked++; return ask(draw); };
   setTimeout(() => { window.requestAnimationFrame = ask; done(asked); }, ms);
 })"""
+#: How many messages a scene hears.
+HEARD = """(ms) => new Promise((done) => {
+  let heard = 0;
+  const hear = () => heard++;
+  window.addEventListener("message", hear);
+  setTimeout(() => { window.removeEventListener("message", hear); done(heard); }, ms);
+})"""
 
 
-def test_a_scene_plays_in_a_page_that_fetches_nothing_and_at_rest_asks_for_no_frame(show, tmp_path):
+def test_a_scene_plays_in_a_page_that_fetches_nothing(show, tmp_path):
     view = View()
     view.animate([omx.HOME, (0.9, 0.2, 0.2, 0.5), omx.HOME], seconds=2)
     path = write(tmp_path, view.static_html())
@@ -97,9 +112,8 @@ def test_a_scene_plays_in_a_page_that_fetches_nothing_and_at_rest_asks_for_no_fr
     assert share_changed(still, pixels(page.locator("iframe"))) < 0.001, "and stops"
 
 
-def test_nothing_is_seen_of_a_scene_before_it_is_there(browser, tmp_path):
+def test_nothing_is_seen_of_a_scene_before_it_is_there(context, tmp_path):
     """No blue sky of the viewer's own: when its canvas comes, the pane is hidden."""
-    context = browser.new_context(viewport={"width": 900, "height": 700})
     page = context.new_page()
     page.add_init_script("""new MutationObserver(() => {
       const pane = document.querySelector("#meshcat-pane");
@@ -110,7 +124,7 @@ def test_nothing_is_seen_of_a_scene_before_it_is_there(browser, tmp_path):
     page.wait_for_selector("body[data-ready]", timeout=30_000)
     assert page.evaluate("omxFirst") == "hidden"
     assert page.evaluate("getComputedStyle(document.querySelector('#meshcat-pane')).visibility") == "visible"
-    context.close()
+    page.close()
 
 
 def test_the_picture_for_paper_shows_what_the_viewer_shows(show, tmp_path):
@@ -402,15 +416,14 @@ def test_the_sliders_of_a_page_are_those_of_the_notebook(show, tmp_path):
     ]
 
 
-def test_each_link_has_its_term_and_a_row_of_the_table_lights_its_frame(browser, tmp_path):
+def test_each_link_has_its_term_and_a_row_of_the_table_lights_its_frame(show, tmp_path):
     """On a small screen the arm and its sliders are in sight together; numbers are Python's."""
     path = with_panels(tmp_path, JointPanel(q=omx.HOME, terms=True))
-    context = browser.new_context(viewport={"width": 853, "height": 533})
-    page = context.new_page()
-    page.goto(path.as_uri())
+    page, _ = show(path, {"width": 853, "height": 533})
     (frame,) = frames(page, 1)
     boxes = [page.locator(".omx-panel .omx-scene").bounding_box(), page.locator(".omx-sliders").bounding_box()]
     assert max(box["y"] + box["height"] for box in boxes) <= 533
+    assert frame.evaluate(HEARD, 300) == 0, "what its panel has told it is heard once"
     q = [math.radians(angle) for angle in (20, -30, 40, 10)]
     for slider, angle in zip(page.locator(".omx-sliders input").all(), (20, -30, 40, 10), strict=True):
         slider.fill(str(angle))
@@ -431,7 +444,6 @@ def test_each_link_has_its_term_and_a_row_of_the_table_lights_its_frame(browser,
     page.locator(".omx-dh tbody tr").nth(0).focus()
     page.wait_for_timeout(400)
     assert frame.evaluate(shown)[1] is True
-    context.close()
 
 
 def test_a_scene_is_kept_as_picture_and_as_one_file(show, tmp_path):

@@ -111,11 +111,12 @@ class Look:
         return frame
 
 
-def serious(page, where="body"):
-    """What axe finds serious or critical in a page, or in a scene's frame, below the element `where`."""
+def serious(page, where="body", rules=()):
+    """What axe finds serious or critical in a page, or in a scene's frame, below `where`; by all rules, or by these."""
     page.evaluate(f"{(npm.modules() / 'axe-core/axe.min.js').read_text(encoding='utf-8')}; 0")
-    only = "{ iframes: false, resultTypes: ['violations'] }"  # all rules; of what passes nothing is told
-    found = page.evaluate(f"(where) => axe.run(document.querySelector(where), {only})", where)["violations"]
+    options = {"iframes": False, "resultTypes": ["violations"]} | ({"runOnly": list(rules)} if rules else {})
+    run = "([where, options]) => axe.run(document.querySelector(where), options)"
+    found = page.evaluate(run, [where, options])["violations"]
     return [
         f"{v['id']}: {v['help']}: {v['nodes'][0]['html'][:150]} ({len(v['nodes'])} times)"
         for v in found

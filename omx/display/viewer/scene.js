@@ -14,6 +14,7 @@
     return;
   }
 
+  window.onmessage = null; // the viewer's film encoder, made for a worker, would answer each message to itself, for ever
   pane.style.visibility = "hidden"; // the viewer's own blue sky, until there is a scene
 
   // The viewer would ask for every frame of the screen: it asks for one when there is something to draw.
