@@ -80,7 +80,7 @@ class Monitor:
 
     def stall(self, reading: Reading, payload_g: float = 0.0) -> Stalled | None:
         """The joint that has been pushing on something for `STALL_S`, if one has; the weight it carries is nothing."""
-        weights = (gravity.holding_currents(reading.q, grams) for grams in (0.0, payload_g))
+        weights = (gravity.holding_currents(reading.q, grams) for grams in {0.0, payload_g})
         now, stuck = self.bus.clock.now(), set(stalled(reading.current, reading.speed, *weights))
         self._stall_since = {joint: self._stall_since.get(joint, now) for joint in stuck}
         for joint, since in self._stall_since.items():

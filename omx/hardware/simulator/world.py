@@ -265,6 +265,7 @@ class World:
         if edge is not None or fall > FALL or leaning:
             self._topple(thing, outwards)
         else:
+            self._moved.append(thing)  # as it came down a rim of what stands here may have run into its side
             self._settle_pile(thing)
 
     @staticmethod

@@ -6,7 +6,7 @@ import os
 
 import numpy as np
 import pytest
-from hypothesis import Phase, given, settings
+from hypothesis import Phase, example, given, settings
 from hypothesis import strategies as st
 
 import omx
@@ -314,7 +314,9 @@ def test_a_finger_pushes_a_row_of_cubes_and_comes_down_on_none_unpunished():
     lies_well(hand.world)
 
 
-@settings(max_examples=int(os.environ.get("OMX_WORLDS", "12")), deadline=None, phases=(Phase.generate,))
+@settings(max_examples=int(os.environ.get("OMX_WORLDS", "12")), deadline=None,
+          phases=(Phase.explicit, Phase.generate))  # fmt: skip
+@example([(124.1, -0.4254, 0), (119.85, 0.8575, 1), (164.08, -0.9858, 1)])  # a cube comes down along a cup's rim
 @given(st.lists(st.tuples(st.floats(95, 190), st.floats(-1.2, 1.2), st.integers(0, 3)), min_size=3, max_size=8))
 def test_after_any_picks_and_places_everything_lies_somewhere(program):
     hand = ByHand(*(cube(f"c{i}", (150, 70 * i - 105), yaw_deg=17 * i) for i in range(3)), cup("cup", (110, 0)))
