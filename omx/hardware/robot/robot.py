@@ -257,14 +257,16 @@ class Robot:
     def _record(self, look: Callable[[], Reading], seconds, path, rate, progress, notes) -> Log:
         with Recorder(path, COLUMNS, self.geometry, **notes) as recorder, self.driver.unbroken():
             for i, t in enumerate(self.ticks(seconds, rate)):
-                reading = look()
-                x, y, z, pitch = pose(reading.q, self.geometry)
-                recorder.write(t, *_in_degrees(reading).ravel().tolist(), x, y, z, math.degrees(pitch))
+                self._sample(recorder, look(), t)
                 if progress and i % 10 == 0:
                     progress(min(t / seconds, 1.0) if seconds else 1.0)
             if progress:
                 progress(1.0)
         return recorder.log
+
+    def _sample(self, recorder: Recorder, reading: Reading, t: float) -> None:
+        x, y, z, pitch = pose(reading.q, self.geometry)
+        recorder.write(t, *_in_degrees(reading).ravel().tolist(), x, y, z, math.degrees(pitch))
 
     def teach(
         self, seconds: float, path="taught.csv", joints=(1, 2, 3, 4), rate: float = 50.0, progress=None, **notes
