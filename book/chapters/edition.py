@@ -41,7 +41,8 @@ STUDENT = BUILD / "student"
 ALONG = (
     "run.py", "environment.txt", "LICENSE", "omx/**/*", "book/__init__.py", "book/setup/**/*", "book/reader/**/*",
     "book/chapters/__init__.py", "book/chapters/generate.py", "book/chapters/execute.py", "book/publish/__init__.py",
-    "book/notation.md", "book/errata.md", "book/glossary.md", "book/bibliography.md", "book/files.md",
+    "book/publish/placeholders.js", "book/notation.md", "book/errata.md", "book/glossary.md", "book/bibliography.md",
+    "book/files.md",
     "book/static/arm.png", "book/static/house.css", "book/templates/handin.html",
 )  # fmt: skip
 STAYS = re.compile(
