@@ -14,9 +14,11 @@ from tests.browser.pages import NotebookPage
 from tests.browser.weblook import Look, served
 from tests.helpers.lab import running_lab
 
+#: The last one: nothing but this machine has an address.
 FLAGS = (
     *("--headless", "--disable-gpu", "--enable-unsafe-swiftshader", "--no-sandbox", "--disable-quic"),
     *("--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"),
+    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
 )
 
 

@@ -17,12 +17,20 @@ NOISE = ("GPU stall", "GL Driver Message", "WebGL-")
 SHOWN = ".jp-NotebookPanel:not(.lm-mod-hidden)"
 
 
-ALL_DRAWN = """(shown) => {
-  const box = document.querySelector(shown + " .jp-WindowedPanel-outer").getBoundingClientRect();
-  const inside = ({ top, bottom }) => Math.min(bottom, box.bottom) - Math.max(top, box.top) > 20;
-  const waiting = [...document.querySelectorAll(shown + " .omx-scene:not([data-ready])")];
-  return !waiting.some((scene) => scene.checkVisibility() && inside(scene.getBoundingClientRect()));
+#: What scrolls, and in it all scenes in sight are drawn, and no widget is still to come.
+OUTER = f"{SHOWN} .jp-WindowedPanel-outer"
+ALL_DRAWN = """(outer) => {
+  const box = document.querySelector(outer).getBoundingClientRect();
+  const inside = ({ top, bottom }, least) => Math.min(bottom, box.bottom) - Math.max(top, box.top) > least;
+  const waiting = [...document.querySelectorAll(outer + " .omx-scene:not([data-ready])")].map((scene) => [scene, 20]);
+  for (const output of document.querySelectorAll(outer + " .jp-OutputArea-output")) {
+    if (output.textContent === "Loading widget...") waiting.push([output, 0]);
+  }
+  return !waiting.some(([node, least]) => node.checkVisibility() && inside(node.getBoundingClientRect(), least));
 }"""
+#: How far it is scrolled, and how far it can still be.
+SCROLLED = "({ scrollTop, scrollHeight, clientHeight }) => [scrollTop, scrollHeight - clientHeight - scrollTop]"
+IS_SCROLLED = "([outer, before]) => document.querySelector(outer).scrollTop !== before"
 
 
 FRAMES = """async () => {
@@ -140,16 +148,17 @@ class NotebookPage:
     def _scroll_to(self, selector, sure):
         """JupyterLab draws only the cells near the window: turn the wheel until the element is there.
 
-        A scene that is just being made cannot be waited for yet: where there must be one, a second round waits longer.
+        A scene that is just being made cannot be waited for yet: where there must be one, the next rounds wait longer.
         """
-        found = self._scrolled(selector, 80)
-        return self._scrolled(selector, 1000) if sure and not found else found
+        rounds = (80, 1000, 3000) if sure else (80,)
+        return next(filter(None, (self._scrolled(selector, pause_ms) for pause_ms in rounds)), None)
 
     def _scrolled(self, selector, pause_ms):
         found = self.page.locator(selector)
-        box = self.page.locator(f"{SHOWN} .jp-WindowedPanel-outer").bounding_box()
+        box = self.page.locator(OUTER).bounding_box()
         self.page.mouse.move(box["x"] + 20, box["y"] + box["height"] / 2)
-        self.page.mouse.wheel(0, -100_000)
+        if (top := self._scroll_place()[0]) > 0:
+            self._turn_wheel(-top - 1000)
         at_end = False
         while not at_end:
             self.page.wait_for_timeout(pause_ms)
@@ -162,15 +171,19 @@ class NotebookPage:
 
     def _wait_for_scenes(self):
         """Until every scene in sight is drawn; a strip below the tool bar may hide a scene's last line."""
-        self.page.wait_for_function(ALL_DRAWN, arg=SHOWN, timeout=30_000)
+        self.page.wait_for_function(ALL_DRAWN, arg=OUTER, timeout=30_000, polling=50)
+
+    def _scroll_place(self):
+        return self.page.locator(OUTER).evaluate(SCROLLED)
 
     def _turn_wheel(self, distance):
-        """Scroll down; False at the end of the notebook."""
-        where = f"document.querySelector('{SHOWN} .jp-WindowedPanel-outer').scrollTop"
-        before = self.page.evaluate(where)
+        """Scroll, and wait until that is seen; False at the end of the notebook."""
+        before, left = self._scroll_place()
+        if distance > 0 and left < 2:
+            return False
         self.page.mouse.wheel(0, distance)
-        self.page.wait_for_timeout(80)
-        return self.page.evaluate(where) != before
+        self.page.wait_for_function(IS_SCROLLED, arg=[OUTER, before], timeout=30_000, polling=50)
+        return True
 
     def settle(self):
         """Until what was asked for is drawn: messages have arrived, the kernel is idle, a few frames have passed."""

@@ -23,6 +23,7 @@ def test_chapter(name, lab, open_page):
     check_outputs(cells)
     sure = any("Panel(" in "".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
     panel = page.panel(sure) if has_widgets(cells) else None
+    assert panel or not sure, "its panel does not come"
     scene = panel.locator(".omx-scene").first if panel else page.scene() if has_widgets(cells) else None
     if scene is not None:
         page.settle()

@@ -28,6 +28,11 @@ def copied(built_site, folder):
 
 
 @pytest.fixture(scope="module")
+def motion():
+    return "reduce"  # no film is looked at
+
+
+@pytest.fixture(scope="module")
 def home(built_site, tmp_path_factory):
     """The site around what the browser edition has of Python, without JupyterLab."""
     folder = copied(built_site, tmp_path_factory.mktemp("with") / "site")

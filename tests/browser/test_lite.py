@@ -26,7 +26,7 @@ from omx import HOME, Robot
 from omx.hardware.simulator import SteppedClock, VirtualArm, VirtualPort
 from tests.browser.conftest import FLAGS
 from tests.browser.weblook import NOISE, serious, served
-from tests.helpers.lite import CUT_OFF, IDLE, PATIENCE_MS, SHOWN, chapter, python, run_all, texts
+from tests.helpers.lite import IDLE, PATIENCE_MS, SHOWN, chapter, python, run_all, texts
 
 
 @pytest.fixture(scope="module")
@@ -102,7 +102,7 @@ LISTEN = """() => {
 @contextmanager
 def tab_of(playwright, chromium, **settings):
     """An empty tab of a browser that was never here, with its `problems`."""
-    browser = playwright.chromium.launch(executable_path=chromium, args=(*FLAGS, CUT_OFF))
+    browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
     tab = browser.new_context(**settings).new_page()
     tab.set_default_timeout(PATIENCE_MS)
     tab.add_init_script(f"({LISTEN})()")

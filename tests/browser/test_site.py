@@ -2,6 +2,7 @@
 
 import math
 import re
+import time
 from urllib.parse import urljoin
 
 import numpy as np
@@ -95,6 +96,7 @@ def test_every_play_is_reached_by_tab_and_works_by_keys(chapter):
             playing = frame.evaluate("omxScene.viewer.animator.playing")
             play.press("Enter")
             assert frame.evaluate("omxScene.viewer.animator.playing") != playing
+            play.press("Enter")  # software draws a film at the price of a core
     assert chapter.problems == []
 
 
@@ -147,9 +149,10 @@ def plays_and_pauses(frame):
     button = frame.locator("button[aria-label='Play or pause']")
     if not frame.evaluate("omxScene.viewer.animator.playing"):
         button.click()
-    before = picture(frame)
-    frame.wait_for_timeout(700)
-    assert abs(picture(frame) - before).max() > 30, "the scene plays and nothing moves"
+    before, start = picture(frame), time.monotonic()
+    while not (moves := abs(picture(frame) - before).max() > 30) and time.monotonic() < start + 10:
+        frame.wait_for_timeout(100)
+    assert moves, "the scene plays and nothing moves"
     button.click()
     stopped = frame.evaluate("omxScene.viewer.animator.time")
     frame.wait_for_timeout(200)

@@ -29,6 +29,11 @@ def home(built_site):
 
 
 @pytest.fixture(scope="module")
+def motion():
+    return "reduce"  # no film is looked at
+
+
+@pytest.fixture(scope="module")
 def window():
     return 1280, 720
 

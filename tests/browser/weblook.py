@@ -61,7 +61,6 @@ class Look:
         self.page.on("pageerror", lambda error: self.problems.append(f"page error: {error}"))
         self.page.on("request", self._request)
         self.page.on("response", self._response)
-        self.page.route("**/*", lambda route: route.continue_() if self._stays(route.request.url) else route.abort())
 
     def __enter__(self):
         return self

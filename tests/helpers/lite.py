@@ -6,8 +6,6 @@ from contextlib import contextmanager
 from book.chapters import normalise
 from tests.browser.conftest import FLAGS
 
-#: Nothing but this machine has an address.
-CUT_OFF = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
 PATIENCE_MS = 300_000
 
 IDLE = """() => {
@@ -24,7 +22,7 @@ RUN_ALL = f"""async () => {{
 @contextmanager
 def chapter(playwright, chromium, home, name):
     """The tab with the chapter, its kernel idle; `outside` lists what it asked of others, `complaints` its errors."""
-    browser = playwright.chromium.launch(executable_path=chromium, args=(*FLAGS, CUT_OFF))
+    browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
     context = browser.new_context(viewport={"width": 1300, "height": 1000})
     tab = context.new_page()
     tab.set_default_timeout(PATIENCE_MS)
