@@ -25,9 +25,16 @@ REFUSED = (
     "os.killpg", "pty.spawn", "ctypes.dlopen", "ctypes.dlsym", "ctypes.call_function", "ctypes.addressof",
     "ctypes.string_at", "sys._current_frames", "sys.settrace", "sys.setprofile", "gc.get_objects",
     "gc.get_referrers", "gc.get_referents", "code.__new__", "function.__new__", "signal.pthread_kill",
+    "sqlite3.connect",
 )  # fmt: skip
-PATHS = ("open", "os.listdir", "os.scandir", "os.chdir", "os.rename", "os.remove", "os.link", "os.symlink",
-         "os.truncate", "os.mkdir", "os.rmdir", "shutil.copyfile", "shutil.copytree", "shutil.move")  # fmt: skip
+#: Audit events that name a path to look at, one to write, and one to look at and another to write.
+READS = ("os.listdir", "os.scandir", "os.chdir")
+WRITES = ("os.rename", "os.remove", "os.link", "os.symlink", "os.truncate", "os.mkdir", "os.rmdir", "os.chmod",
+          "os.chown", "os.utime", "os.setxattr", "shutil.move", "shutil.rmtree")  # fmt: skip
+COPIES = ("shutil.copyfile", "shutil.copytree")
+#: Modules that write files without asking Python.
+BEHIND = {"readline", "tkinter", "_tkinter", "_gdbm", "_dbm"}
+WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 HIDDEN_ATTRIBUTES = ("tb_frame", "gi_frame", "cr_frame", "ag_frame", "__code__", "f_locals", "f_globals")
 FIXED_ATTRIBUTES = ("__defaults__", "__kwdefaults__")
 #: Where all that checks, and this file, rely on lies.
@@ -465,13 +472,19 @@ def callers(student_files):
 
 def judges(forbidden, is_a_students, below_a_student, asked_by_a_student):
     """{audit event: a function that says what is wrong with it, or ""}."""
-    is_secret, isdir, basename = secret_paths(forbidden), os.path.isdir, os.path.basename
+    is_secret, is_own, isdir, basename = *places(forbidden), os.path.isdir, os.path.basename
     others, attributes, fixed = tuple(forbidden["libraries"]), set(HIDDEN_ATTRIBUTES), set(FIXED_ATTRIBUTES)
 
     def a_path(event, arguments, frame):
-        listed = [a for a in arguments[: 1 if event == "open" else 2] if isinstance(a, (str, bytes, os.PathLike))]
+        two = arguments[: 1 if event == "open" else 2]
+        listed = [a for a in two if isinstance(a, (str, bytes, os.PathLike))]
         if any(is_secret(path) for path in listed):
             return f"it reads or writes {basename(os.fsdecode(listed[0]))[-60:]}"
+        written = listed[1:] if event in COPIES else listed if event in WRITES else ()
+        if event == "open" and arguments[2] & WRITING:
+            written = listed
+        if foreign := [path for path in written if not is_own(path)]:
+            return f"it writes {basename(os.fsdecode(foreign[0]))[-60:]}, outside its folder"
         if event == "open" and listed and isdir(listed[0]) and below_a_student(frame):
             return "it opens a folder as a file"
         return ""
@@ -489,6 +502,9 @@ def judges(forbidden, is_a_students, below_a_student, asked_by_a_student):
             hidden = len(arguments) > 1 and arguments[1] in wanted and asked_by_a_student(frame)
         return f"it looks behind the scenes ({event})" if hidden else ""
 
+    def an_import(_, arguments, frame):
+        return f"import {arguments[0]}" if arguments[0] in BEHIND and below_a_student(frame) else ""
+
     def a_thread(event, _, frame):
         return "it starts a thread" if asked_by_a_student(frame) else ""
 
@@ -497,17 +513,18 @@ def judges(forbidden, is_a_students, below_a_student, asked_by_a_student):
         return "it gives code the name of a file" if name[:1] != "<" and asked_by_a_student(frame) else ""
 
     looks = ("sys._getframe", "object.__getattr__", "object.__setattr__")
-    known = {**dict.fromkeys(PATHS, a_path), **dict.fromkeys(REFUSED, an_act), **dict.fromkeys(looks, a_look)}
+    paths = ("open", *READS, *WRITES, *COPIES)
+    known = {**dict.fromkeys(paths, a_path), **dict.fromkeys(REFUSED, an_act), **dict.fromkeys(looks, a_look)}
     threads = dict.fromkeys(("_thread.start_new_thread", "_thread.start_joinable_thread"), a_thread)
-    return {**known, **threads, "compile": a_disguise}
+    return {**known, **threads, "compile": a_disguise, "import": an_import}
 
 
-def secret_paths(forbidden):
-    """A function: does this path lead to what answers may not see?"""
-    roots, allowed = (
-        tuple(os.path.realpath(root) + os.sep for root in forbidden[name]) for name in ("roots", "except")
+def places(forbidden):
+    """Two functions: does this path lead to what answers may not see? Does it to what they may write?"""
+    roots, allowed, own = (
+        tuple(os.path.realpath(root) + os.sep for root in forbidden[name]) for name in ("roots", "except", "own")
     )
-    realpath, fspath, fsdecode = os.path.realpath, os.fspath, os.fsdecode
+    realpath, fspath, fsdecode, nowhere = os.path.realpath, os.fspath, os.fsdecode, os.path.realpath(os.devnull)
 
     def is_secret(path):
         try:
@@ -517,7 +534,14 @@ def secret_paths(forbidden):
         inside = (path + os.sep).startswith(roots) and not (path + os.sep).startswith(allowed)
         return inside or path.endswith(".ipynb")
 
-    return is_secret
+    def is_own(path):
+        try:
+            path = fsdecode(realpath(fspath(path)))
+        except (TypeError, ValueError, OSError):
+            return False
+        return path == nowhere or path.startswith(own)
+
+    return is_secret, is_own
 
 
 if __name__ == "__main__":

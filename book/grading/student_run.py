@@ -64,7 +64,7 @@ def run_once(key, cells, student, library, forbidden, skip):
         job = {"chapter": key["chapter"], "exercises": key["exercises"], "student": cells, "skip": skip,
                "nonce": nonce, "results": str(results), "library": str(library), "packages": packages(),
                "forbidden": {"roots": secret, "except": [str(VENV), str(library), str(SANDBOX)],
-                             "libraries": [str(library), *packages()]}}  # fmt: skip
+                             "own": [str(scratch)], "libraries": [str(library), *packages()]}}  # fmt: skip
         process = subprocess.Popen([sys.executable, "-I", "-S", "-B", str(SANDBOX)], cwd=scratch, stdin=subprocess.PIPE,
                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, close_fds=True,
                                    env=variables(scratch, student), start_new_session=True)  # fmt: skip
@@ -111,8 +111,9 @@ def stop(process):
 
 
 def variables(scratch, student):
-    kept = {name: os.environ[name] for name in ("PATH", "LANG", "SYSTEMROOT", "TEMP") if name in os.environ}
-    return {**kept, "HOME": str(scratch), "OMX_STUDENT": student, "OMX_VIEW": "data", "MPLBACKEND": "Agg",
+    kept = {name: os.environ[name] for name in ("PATH", "LANG", "SYSTEMROOT") if name in os.environ}
+    temporary = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(scratch))
+    return {**kept, **temporary, "HOME": str(scratch), "OMX_STUDENT": student, "OMX_VIEW": "data", "MPLBACKEND": "Agg",
             "MPLCONFIGDIR": str(scratch), "OMX_GENERATED": str(scratch / "generated"), "PYTHONHASHSEED": "0",
             "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}  # fmt: skip
 
@@ -124,5 +125,5 @@ def packages():
 
 def copied_library(folder):
     """A copy of `omx`, compiled, away from the chapters and their solutions; the folder that holds it."""
-    shutil.copytree(ROOT / "omx", folder / "omx")
+    shutil.copytree(ROOT / "omx", folder / "omx", ignore=shutil.ignore_patterns("*.pyc.*"))  # somebody compiles it now
     return folder

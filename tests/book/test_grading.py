@@ -101,12 +101,21 @@ ATTACKS = {
     "found = sorted((Path(sys.executable).parents[2] / 'notebooks').glob('0*.ipynb'))" + FIND,
     "the grader's key": "import os\nfound = [p for p in [COURSE + '/key/07-lines.json'] if open(p)]",
     "a neighbour's answers": "text = open(COURSE + '/submitted/right/07-lines.ipynb').read()\nexec(text)",
+    "the copy of omx that all share": "import omx.check.answers as a\n"
+    "open(a.__file__, 'a').write('\\nvalue = print\\n')",
+    "the copy of omx, by a link": "import os, omx.check.answers as a\nos.link(a.__file__, 'mine')\n"
+    "open('mine', 'a').write('\\nvalue = print\\n')",
+    "a package for everybody": "import os, sympy\nfd = os.open(sympy.__file__, os.O_WRONLY)",
+    "a file beside the packages": "import sqlite3, sympy\nsqlite3.connect(sympy.__path__[0] + '/../mine.pth')",
+    "a file by readline's hand": "import readline, sympy\nreadline.append_history_file(0, sympy.__file__)",
+    "a file by Tcl's hand": "import tkinter, sympy\ntkinter.Tcl().eval('open {' + sympy.__path__[0] + '/x.pth} w')",
     "another program": "import subprocess, sys\nsubprocess.run([sys.executable, '-c', 'print(1)'])",
     "a shell": "import os\nos.system('cat ' + COURSE + '/key/*')",
     "lines on every file descriptor": "import os\nline = b'{\"exercise\": \"exercise-7-2\", \"number\": 1, \"passed\": "
     "true, \"said\": \"\", \"nonce\": \"\"}\\n'\nfor n in range(1, 64):\n    try:\n        os.write(n, line)\n"
     "    except OSError:\n        pass",
-    "the results file, found": "import glob, os, tempfile\nfor p in glob.glob(tempfile.gettempdir() + '/*/*/*'):\n"
+    "the results file, found": "import glob, os, tempfile\nup = os.path.dirname\n"
+    "for p in glob.glob(up(up(tempfile.gettempdir())) + '/*/*/*'):\n"
     "    try:\n        line = open(p).readline()\n    except OSError:\n        continue\n    NONCE = line[:60]",
     "all file descriptors closed": "import os\nos.closerange(3, 64)",
     "the parent killed": "import os\nos.kill(os.getppid(), 9)",
