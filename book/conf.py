@@ -13,7 +13,7 @@ from sphinx.ext.napoleon import GoogleDocstring
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from book.publish import page_scripts, pages, runs  # noqa: E402
+from book.publish import page_scripts, pages, runs, scenes  # noqa: E402
 
 project = "Kinematics of the OpenMANIPULATOR-X"
 author = "the OpenMANIPULATOR-X kinematics book authors"
@@ -70,7 +70,7 @@ def source_read(app, docname, source):
     """Hand MyST-NB the chapter with its outputs, prepared as a page."""
     path = ROOT / f"{docname}.ipynb"
     if docname.startswith("notebooks/"):
-        for file in (runs.kept(path), runs.stock_of()):
+        for file in (runs.kept(path), runs.stock_of(), scenes.__file__):
             app.env.note_dependency(str(file))
         source[0] = json.dumps(pages.page(runs.merged(path), path.stem))
 

@@ -41,12 +41,12 @@ class Failed(Exception):
 class Client(NotebookClient):
     """nbclient answers Ctrl-C by ending the kernel, and meets that as an error of many kinds: here it is Ctrl-C."""
 
-    ended = 0
+    ended, _end = 0, None
 
     async def _async_cleanup_kernel(self):
         self.ended += 1
-        if self.ended == 1:
-            await super()._async_cleanup_kernel()
+        self._end = self._end or asyncio.ensure_future(super()._async_cleanup_kernel())
+        await self._end
 
     def run(self, options):
         """Execute the notebook in a kernel that is started with `options`."""
@@ -57,6 +57,8 @@ class Client(NotebookClient):
                 logging.getLogger("asyncio").disabled = True  # it would tell of each task that met a closed socket
                 raise KeyboardInterrupt from error
             raise
+        if self.ended > 1:  # when the kernel was ending anyway
+            raise KeyboardInterrupt
 
 
 def run(path, cwd=None, timeout_s=CELL_TIMEOUT_S, allow_errors=False, env=None):

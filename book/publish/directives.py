@@ -25,7 +25,8 @@ class Arm(Directive):
 
     def run(self):
         options = self.options
-        self.state.document.settings.env.note_dependency(str(runs.stock_of()))
+        for file in (runs.stock_of(), scenes.__file__):
+            self.state.document.settings.env.note_dependency(str(file))
         text = arm(options.get("kind", "joints"), options.get("q", omx.HOME), options.get("height", 420))
         return [nodes.raw("", text, format="html")]
 

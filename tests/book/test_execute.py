@@ -49,9 +49,13 @@ def test_a_dying_kernel_is_told(tmp_path):
 
 @pytest.mark.skipif(paths.WINDOWS, reason="there Ctrl-C is no signal to a process")
 @pytest.mark.parametrize("way", ["execute", "generate"])
-def test_ctrl_c_ends_the_kernel_and_is_said_in_a_sentence(tmp_path, monkeypatch, capfd, way):
+@pytest.mark.parametrize(
+    "when", ["press()\ntime.sleep(60)", "import atexit\natexit.register(press)"], ids=["runs", "ends"]
+)
+def test_ctrl_c_ends_the_kernel_and_is_said_in_a_sentence(tmp_path, monkeypatch, capfd, way, when):
     cell = "import os, signal, time\nprint(os.getpid(), file=open('kernel', 'w'), flush=True)\n"
-    path = notebook(tmp_path, cell + "os.kill(os.getppid(), signal.SIGINT)\ntime.sleep(60)")
+    press = "def press():\n    os.kill(os.getppid(), signal.SIGINT)\n    time.sleep(0.3)\n"
+    path = notebook(tmp_path, cell + press + when)
     monkeypatch.setattr(generate, "NOTEBOOKS", tmp_path)
     run = {"execute": lambda: execute.main([str(path)]), "generate": lambda: generate.run_notebook(path.stem, tmp_path)}
     assert paths.in_a_sentence(run[way])() == 130

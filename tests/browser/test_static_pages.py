@@ -444,6 +444,12 @@ def test_each_link_has_its_term_and_a_row_of_the_table_lights_its_frame(show, tm
     page.locator(".omx-dh tbody tr").nth(0).focus()
     page.wait_for_timeout(400)
     assert frame.evaluate(shown)[1] is True
+    nobody_leads = "({ omxPanel: p }) => p.become(p.about, [{ omx: 'arm', about: null, modules: {} }])"
+    page.locator(".omx-panel").evaluate(nobody_leads)
+    page.locator(".omx-sliders input").first.fill("-70")
+    page.wait_for_timeout(400)
+    ridden = 1e3 * np.array([frame.evaluate(place, i) for i in range(5)])
+    assert ridden == pytest.approx(omx.frames([math.radians(-70), *q[1:]])[:, :3, 3], abs=1e-6)
 
 
 def test_a_scene_is_kept_as_picture_and_as_one_file(show, tmp_path):

@@ -151,8 +151,9 @@
       input.value = value;
       const output = element("output", {}), digits = Math.min(3, (String(step).split(".")[1] ?? "").length);
       const tell = () => {
-        output.textContent = `${text(Number(input.value), digits)}${unit === "\u00b0" || !unit ? "" : "\u2009"}${unit}`;
-        input.setAttribute("aria-valuetext", `${input.value} ${unit}`);
+        const number = text(Number(input.value), digits);
+        output.textContent = `${number}${unit === "\u00b0" || !unit ? "" : "\u2009"}${unit}`;
+        input.setAttribute("aria-valuetext", `${number} ${unit}`);
       };
       input.addEventListener("input", () => { tell(); hear(); });
       input.tell = tell;

@@ -38,6 +38,8 @@
     viewer.set_dirty();
   };
 
+  viewer.renderer.domElement.addEventListener("webglcontextrestored", viewer.set_dirty);
+
   // Without a graphics card (virtual machines, remote desktops) soft shadows cost a third of each frame.
   const gl = viewer.renderer.getContext();
   const card = gl.getExtension("WEBGL_debug_renderer_info");

@@ -4,7 +4,7 @@ import os
 
 import numpy as np
 
-from ...arrays import as_four, as_number, as_rows, as_word
+from ...arrays import as_floats, as_four, as_number, as_rows, as_word
 from ...errors import BadInput
 from ..palette import INK, VERMILION
 from . import annotations, camera_and_light, html_export
@@ -181,10 +181,10 @@ def _vector(name: str, value) -> np.ndarray:
 
 
 def _matrix(value) -> np.ndarray:
-    matrix = as_rows(value, "pose", 4, "a pose (4, 4), in mm")
+    matrix = as_floats(value, "pose", "a pose (4, 4), in mm")
     if matrix.shape != (4, 4):
-        raise BadInput(f"`pose` must be of shape (4, 4), in mm; got shape {matrix.shape}.")
-    return matrix
+        raise BadInput(f"`pose` must be a pose (4, 4), in mm; got shape {matrix.shape}.")
+    return as_rows(matrix, "pose", 4, "a pose, in mm")
 
 
 def _pose_matrix(pose):

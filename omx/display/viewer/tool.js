@@ -156,8 +156,11 @@
   // ---- what rides on the arm: the axes of its frames, its velocity ellipse ------------------------------------------------
 
   let ellipse = null;
+  function carryFrames() {
+    for (const i of LINKS) if (node("frames", i) && node("arm", i)) place(node("frames", i).object, matrix(node("arm", i).object));
+  }
   function ride() {
-    for (const i of LINKS) if (node("frames", i)) place(node("frames", i).object, matrix(node("arm", i).object));
+    carryFrames();
     const seconds = node("arm").object.ellipse;
     if (ellipse) ellipse.visible = Boolean(seconds);
     if (!seconds || !q || !about.geometry) return;
@@ -239,7 +242,8 @@
   const marks = () => [...LINKS.map((i) => node("arm", i)), node("notes", "target")].filter(Boolean).map((n) => n.object);
   const signature = () => marks().map((o) => `${o.position.toArray()} ${o.quaternion.toArray()}`).join() + node("arm").object.ellipse + kept();
   function follow() {
-    if (gone || !node("arm", TIP) || dragging()) return;
+    if (gone) return carryFrames();
+    if (!node("arm", TIP) || dragging()) return;
     const now = signature();
     if (now === last) return;
     last = now;
