@@ -89,7 +89,7 @@ class Guard:
         return goal
 
     def check_points(self, points) -> None:
-        """Each of `points` (N, 4), rad, checked by itself, as `check` does; they lie along a way."""
+        """Each of `points` (N, 4), rad, along a way, checked by itself: limits first, then gaps, then loads."""
         for q in points.tolist():
             self._check_limits(q)
         self._check_way(points, *self._gaps(points), begun=False)
@@ -103,7 +103,7 @@ class Guard:
 
     def _check_way(self, way, pairs, found, begun: bool) -> None:
         """Raise what is against `way` (N, 4), whose gaps were `found`. If it has `begun`, the arm is at its start."""
-        floor = min(0.0, found[1, :, 0].min()) if begun else 0.0
+        floor = min(0.0, found[:, :, 0].min()) if begun else 0.0
         met = found.min(axis=(0, 1)) < floor - 1e-6
         met[:begun] = False
         if met.any():

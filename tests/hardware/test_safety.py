@@ -56,6 +56,14 @@ def test_a_collision_on_the_way_is_found_even_if_both_ends_are_clear():
     guard.check(caught.value.nearest, start)
 
 
+def test_an_arm_whose_parts_overlap_may_take_a_way_on_which_they_do_less():
+    """The start counts as commanded, and as it sags: here the one is 36 mm deeper than the other."""
+    goal, start = np.radians([15.12, -39.19, 34.94, 109.43]), np.radians([0, -34.14, 48.72, 106.48])
+    assert Guard().check(goal, start) == pytest.approx(goal)
+    with pytest.raises(Collision, match="fingers"):
+        Guard().check(start, goal)
+
+
 def test_an_arm_that_starts_outside_may_come_back_in_but_not_go_further_out():
     guard = Guard()
     outside = (0.0, -1.55, 0.5, 0.3)

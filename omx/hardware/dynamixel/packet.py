@@ -7,6 +7,7 @@ error byte before its parameters. Source: the maker's e-manual, Protocol 2.0.
 """
 
 import struct
+from collections.abc import Iterable
 from enum import IntEnum
 from functools import lru_cache
 from typing import NamedTuple
@@ -89,9 +90,9 @@ def _crc_table() -> tuple[int, ...]:
 _CRC = _crc_table()
 
 
-def crc16(data: bytes | bytearray, crc: int = 0) -> int:
+def crc16(data: Iterable[int], crc: int = 0) -> int:
     """The checksum: CRC-16, polynomial 0x8005, not reflected; start from `crc` to continue an earlier one."""
-    return _crc16(bytes(data), crc)
+    return _crc16(bytes(data if isinstance(data, (bytes, bytearray)) else iter(data)), crc)
 
 
 @lru_cache

@@ -217,12 +217,12 @@ class Block:
 
     def decode(self, data: bytes) -> tuple[int, ...]:
         """One integer a register, from the `size` bytes of the block."""
-        return self._layout.unpack(data)
+        return struct.unpack(self._layout, data)
 
     @cached_property
-    def _layout(self) -> struct.Struct:
+    def _layout(self) -> str:
         letters = ["_bh_i"[row.size] if row.signed else "_BH_I"[row.size] for row in self.registers]
-        return struct.Struct("<" + "".join(letters))
+        return "<" + "".join(letters)
 
 
 def block(*names: str) -> Block:

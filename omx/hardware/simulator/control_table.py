@@ -39,7 +39,11 @@ class Table(dict[str, int]):
 
     def put(self, name: str, value: int):
         """Set a register, without asking whether that is allowed."""
-        self[name], self.written = value, True
+        self[name] = value
+
+    def __setitem__(self, name: str, value: int):
+        super().__setitem__(name, value)
+        self.written = True
         self.show(REGISTERS[name], value)
 
     def show(self, row: Register, value: int):

@@ -75,7 +75,7 @@ class Controller:
             drive.limit, drive.torque = full, asked.sign * full * asked.goal_pwm / FULL_PWM
         elif mode == MODES["current"]:
             drive.torque = asked.sign * asked.push
-        else:
+        else:  # velocity
             drive.speed = speed
         return drive
 

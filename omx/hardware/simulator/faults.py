@@ -144,6 +144,11 @@ def _property(name: str):
     return do
 
 
+def _unplugged(arm, _):
+    arm.plugged = False
+    return lambda: setattr(arm, "plugged", True)
+
+
 def _hardware(bits: int):
     return lambda arm, fault: arm.servo(fault.servo).fail(bits)
 
@@ -194,7 +199,7 @@ KINDS = {
     "dead": Kind("servo", "the servo is silent and limp", _unpowered(lambda one, it: one == it)),
     "broken_chain": Kind("servo", "this servo and all after it have no cable", _unpowered(lambda one, it: one >= it)),
     "no_power": Kind("arm", "the 12 V supply is off", _unpowered(lambda one, it: True)),
-    "unplugged": Kind("arm", "the USB plug is pulled", _property("plugged"), False),
+    "unplugged": Kind("arm", "the USB plug is pulled", _unplugged),
     "wrong_baud": Kind("servo", "the servo listens at the baud rate with code `value`", _register("baud_rate"), 1),
     "wrong_model": Kind("servo", "another servo is built in: model number `value`", _register("model_number"), 1060),
     "old_firmware": Kind("servo", "the servo has firmware `value`", _register("firmware_version"), 36),

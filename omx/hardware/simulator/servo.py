@@ -61,7 +61,8 @@ class Servo:
     def settings(self) -> Settings:
         """What its registers come to."""
         if self.table.written:
-            self._settings, self.table.written = Settings(self.table, self._mount, self._turns), False
+            self.table.written = False  # first: what is written meanwhile counts the next time
+            self._settings = Settings(self.table, self._mount, self._turns)
         return self._settings
 
     @property

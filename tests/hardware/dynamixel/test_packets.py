@@ -1,5 +1,6 @@
 """Packets as bytes, against the examples printed in the maker's e-manual, and taken apart again."""
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -92,6 +93,10 @@ def test_fast_answers_match_the_manual(answers, printed):
 def test_checksum_of_two_halves_is_the_checksum_of_the_whole():
     data = bytes(range(256))
     assert pk.crc16(data[100:], pk.crc16(data[:100])) == pk.crc16(data)
+    header = [0xFF, 0xFF, 0xFD, 0x00]
+    assert {pk.crc16(kind(header)) for kind in (bytes, bytearray, list, np.array)} == {3624}
+    with pytest.raises(TypeError):
+        pk.crc16(5)
 
 
 @settings(deadline=None)

@@ -1,5 +1,7 @@
 """The control table: consistent with itself, and strict with its callers."""
 
+import copy
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -79,6 +81,12 @@ def test_a_block_has_no_gap():
         reg.block("present_current", "present_position")
     with pytest.raises(BadInput, match="none"):
         reg.block()
+
+
+def test_a_block_that_has_been_read_can_be_copied():
+    block = reg.block("present_current", "present_velocity", "present_position")
+    decoded = block.decode(bytes(range(block.size)))
+    assert copy.deepcopy(block).decode(bytes(range(block.size))) == decoded
 
 
 def test_registers_within_a_range_are_whole():

@@ -265,7 +265,7 @@ def test_low_voltage_shows_and_alerts(parts):
 
 def test_a_pulled_plug_is_a_lost_port_until_it_is_back(parts):
     bus, arm, _ = parts
-    arm.faults.inject("unplugged")
+    arm.faults.inject("unplugged", value=1)  # whatever the value
     with pytest.raises(errors.PortLost, match="USB"):
         bus.ping(11)
     with pytest.raises(errors.PortLost):
