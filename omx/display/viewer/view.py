@@ -245,7 +245,7 @@ class View(Scene):
 
     def check(self, q) -> tuple[float, ...]:
         """`q` as plain numbers, one a joint; `BadInput` otherwise."""
-        wanted = f"{len(self.chain)} joint values in rad (mm where prismatic)"
+        wanted = f"{len(self.chain)} finite joint values in rad (mm where prismatic)"
         return tuple(as_rows(q, "q", len(self.chain), wanted, many=False).tolist())
 
     def _config(self) -> dict:
