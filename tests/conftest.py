@@ -5,12 +5,12 @@ import shutil
 
 import pytest
 
+from book.publish import handout
 from book.setup.paths import Stop
 from tests.helpers.hub import running_hub
 from tests.helpers.sites import built_site  # noqa: F401 - a fixture
 
 ON_CI = bool(os.environ.get("CI"))
-CHROMIUM_NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 
 
 # ---- the browser ---------------------------------------------------------------------------------------
@@ -19,7 +19,7 @@ CHROMIUM_NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrom
 @pytest.fixture(scope="session")
 def chromium():
     """The path of the system's Chromium; without one browser tests are skipped, on CI they fail."""
-    found = next((path for name in CHROMIUM_NAMES if (path := shutil.which(name))), None)
+    found = next((path for name in handout.NAMES if (path := shutil.which(name))), None)
     if not found and ON_CI:
         pytest.fail("No Chromium on this machine; on CI the browser tests must run (.ci/run installs it).")
     if not found:

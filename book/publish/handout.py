@@ -15,7 +15,7 @@ from pathlib import Path
 
 from book.setup.paths import Stop
 
-NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
+NAMES = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 PLACES = (
     "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
     os.path.expandvars(r"%ProgramFiles%\Google\Chrome\Application\chrome.exe"),

@@ -22,12 +22,12 @@ def measure(size: Size, built: Path) -> Section:
     try:
         from playwright.sync_api import sync_playwright
 
+        from book.publish.handout import NAMES
         from tests.browser.conftest import FLAGS
-        from tests.conftest import CHROMIUM_NAMES
     except ImportError as error:
         section.left_out.append(f"everything: {error}")
         return section
-    chromium = next(filter(None, map(shutil.which, CHROMIUM_NAMES)), None)
+    chromium = next(filter(None, map(shutil.which, NAMES)), None)
     if chromium is None:
         section.left_out.append("everything: no Chromium on this machine")
         return section

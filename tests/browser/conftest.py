@@ -61,9 +61,16 @@ def motion():
 
 
 @pytest.fixture(scope="module")
-def context(browser, window, motion):
+def sharpness():
+    """Pixels drawn for each px of the page; a module of tests that only asks whether something moves takes fewer."""
+    return 1
+
+
+@pytest.fixture(scope="module")
+def context(browser, window, motion, sharpness):
     width, height = window
-    context = browser.new_context(viewport={"width": width, "height": height}, reduced_motion=motion)
+    size = {"viewport": {"width": width, "height": height}, "device_scale_factor": sharpness}
+    context = browser.new_context(**size, reduced_motion=motion)
     context.new_page()  # it stays: without a page Chromium closes the window, and the next one costs half a second
     yield context
     context.close()

@@ -15,6 +15,12 @@ def motion():
     return "reduce"
 
 
+@pytest.fixture(scope="module")
+def sharpness():
+    """Fine pictures are looked at in test_scenes and test_static_pages; here an arm is there, and moves."""
+    return 0.5
+
+
 @pytest.mark.parametrize("name", CHAPTERS)
 def test_chapter(name, lab, open_page):
     page = open_page(lab.root / "notebooks" / name)
