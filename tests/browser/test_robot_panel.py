@@ -10,7 +10,7 @@ MOVE = """
 from omx import Stopped
 robot.write_motor_state(True)
 try:
-    robot.move_to([-80, -40, 10, 20], 25)
+    robot.move_to([-80, -40, 10, 20], 60)  # so long that a page on a busy computer is there before its end
 except Stopped as reason:
     print(reason)
 """
@@ -139,7 +139,7 @@ def test_stop_works_while_a_cell_runs(lab, open_page, notebook):
     page.page.wait_for_timeout(1500)
     desk.button("STOP").click()
     stopped = desk.angle()  # the answer comes when the cell has ended
-    assert -70 < stopped < -1, "it was on its way"
+    assert -70 < stopped < -0.05, "it was on its way"
     page.settle()
     assert "Stopped" in desk.says()
     assert "stop" in "".join(page.save()[1]["outputs"][0]["text"])
