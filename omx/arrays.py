@@ -77,10 +77,17 @@ def wrap(x):
     """
     turns = x * (1.0 / math.tau)
     if is_foreign(x):
-        return (turns - namespace(x).ceil(turns - 0.5)) * math.tau
+        ceil = namespace(x).ceil
+        turns = turns - ceil(turns - 0.5)
+        return (turns - ceil(turns - 0.5)) * math.tau  # twice: a compiler that fuses may miss by a rounding at first
     turns -= np.ceil(turns - 0.5)
     turns *= math.tau
     return turns
+
+
+def where(condition, a, b):
+    """`a` where the condition holds, else `b`: arrays, or one of them a number."""
+    return namespace(condition).where(condition, a, b)
 
 
 class Four:

@@ -208,6 +208,7 @@ def ik(pose, geometry: Geometry = COURSE, limits=LIMITS):
         limits = as_limits(limits, 4)
     if type(target) is tuple:
         return _branches(target, geometry, limits)
+    _branches(HOME, geometry, limits)  # says so if these lengths have no inverse
     return Branches(*_ik_foreign(target, geometry, limits)) if is_foreign(target) else _many(target, geometry, limits)
 
 
@@ -256,7 +257,6 @@ def ik_batch(poses, geometry: Geometry = COURSE, limits=LIMITS) -> Branches:
 
 def _many(poses, geometry, limits) -> Branches:
     """The branches of poses (..., 4), computed on columns."""
-    _branches(HOME, geometry, limits)  # says so if these lengths have no inverse
     rows = poses.reshape(-1, 4)
     q = np.empty((4, 4, len(rows)))  # columns, each written in one run
     reachable = np.empty((4, len(rows)), dtype=bool)

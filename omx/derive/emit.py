@@ -57,6 +57,8 @@ class Emitter:
             if symbol is not None:
                 lines += self._statement(f"{self.dialect.let}{symbol.name} = ", expression)
                 known.add(symbol)
+                if expression.free_symbols <= self.printer.constants:
+                    self.printer.constants.add(symbol)
             for angle in [angle for angle in waiting if angle.free_symbols <= known]:
                 lines += self._angle(angle)
                 waiting.remove(angle)
@@ -133,7 +135,7 @@ def operations(function: Function, parameters: Sequence[sp.Symbol]) -> str:
     nodes = list(ast.walk(ast.parse(textwrap.dedent("\n".join(Emitter(function, parameters, SCALAR).body())))))
     calls = [node.func.id for node in nodes if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)]
     trig = sum(name in ("sin", "cos") for name in calls)
-    rest = sum(isinstance(node, (ast.BinOp, ast.UnaryOp)) for node in nodes) + len(calls) - trig
+    rest = sum(isinstance(node, (ast.BinOp, ast.UnaryOp, ast.Compare)) for node in nodes) + len(calls) - trig
     return f"{rest} operations and {trig} sines and cosines" if trig else f"{rest} operations"
 
 

@@ -1,9 +1,11 @@
 """How one expression looks in each dialect: `math` for one configuration, arrays for batches, JavaScript for pages."""
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import sympy as sp
+from sympy.functions.elementary.piecewise import ExprCondPair
+from sympy.logic.boolalg import BooleanTrue
 from sympy.printing.precedence import PRECEDENCE
 from sympy.printing.pycode import PythonCodePrinter
 
@@ -14,7 +16,10 @@ from .symbolic import as_expression, wrap
 #: What an expression may be made of, besides the functions of a dialect.
 PARTS = (sp.Symbol, sp.Rational, sp.Float, sp.Add, sp.Mul, sp.Pow, type(sp.pi))
 
-ROOTS_AND_ARCS = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt")
+#: What cases are made of: `Piecewise` of (value, condition), where a condition is an inequality, the last one True.
+CASES = (sp.Piecewise, ExprCondPair, sp.LessThan, sp.StrictLessThan, sp.GreaterThan, sp.StrictGreaterThan, BooleanTrue)
+
+FUNCTIONS = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "floor")
 
 
 @dataclass(frozen=True)
@@ -22,13 +27,16 @@ class Dialect:
     """The words of one target: `functions` maps SymPy names to it, `pair` computes a sine and a cosine.
 
     `imports` says which module each word comes from. A statement is `let name = code end`; several results
-    stand in `brackets`.
+    stand in `brackets`. `cases`: a value, its condition, and what holds otherwise. `of_numbers`: the words for what
+    takes numbers, where the others take arrays.
     """
 
     suffix: str
     number: str
     functions: dict[str, str]
     imports: dict[str, str]
+    of_numbers: dict[str, str] = field(default_factory=dict)
+    cases: str = "({0} if {1} else {2})"
     pi: str = "pi"
     pair: str = ""
     let: str = ""
@@ -39,27 +47,30 @@ class Dialect:
 SCALAR = Dialect(
     suffix="",
     number="float",
-    functions={name: name for name in ROOTS_AND_ARCS}
+    functions={name: name for name in FUNCTIONS}
     | {"Abs": "abs", "Max": "max", "Min": "min", wrap.__name__: "remainder({0}, tau)"},
-    imports=dict.fromkeys((*ROOTS_AND_ARCS, "remainder", "tau", "pi"), "math"),
+    imports=dict.fromkeys((*FUNCTIONS, "remainder", "tau", "pi"), "math"),
     pair="sin({0}), cos({0})",
 )
 
 BATCH = Dialect(
     suffix="_batch",
     number="Array",
-    functions={name: f"xp.{name}" for name in ROOTS_AND_ARCS}
+    functions={name: f"xp.{name}" for name in FUNCTIONS}
     | {"Abs": "xp.abs", "Max": "xp.maximum", "Min": "xp.minimum", wrap.__name__: "wrap({0})"},
-    imports={**dict.fromkeys(("Array", "namespace", "sincos", "wrap"), "omx.arrays"), "pi": "math"},
+    imports=SCALAR.imports | dict.fromkeys(("Array", "namespace", "sincos", "where", "wrap"), "omx.arrays"),
+    of_numbers=SCALAR.functions,
+    cases="where({1}, {0}, {2})",
     pair="sincos({0})",
 )
 
 JAVASCRIPT = Dialect(
     suffix="",
     number="number",
-    functions={name: f"Math.{name}" for name in ROOTS_AND_ARCS}
+    functions={name: f"Math.{name}" for name in FUNCTIONS}
     | {"Abs": "Math.abs", "Max": "Math.max", "Min": "Math.min", wrap.__name__: "wrap({0})"},
     imports={"wrap": "this module"},
+    cases="({1} ? {0} : {2})",
     pi="Math.PI",
     let="const ",
     end=";",
@@ -70,44 +81,54 @@ JAVASCRIPT = Dialect(
 class Printer(PythonCodePrinter):
     """Prints one expression; remembers in `used` the names that the module has to import.
 
-    `parameters` come first in products and sums, in their order: `L3*s23`, `L2 + L3*D`.
+    `parameters` come first in products and sums, in their order: `L3*s23`, `L2 + L3*D`. `constants`: the symbols that
+    stand for numbers also where others stand for arrays.
     """
 
     def __init__(self, dialect: Dialect, parameters=()):
         super().__init__({"fully_qualified_modules": False})
         self.dialect = dialect
         self.rank = {symbol: i for i, symbol in enumerate(parameters)}
+        self.constants = set(parameters)
         self.used: set[str] = set()
 
     def code(self, expression) -> str:
         """The expression as source text; `BadInput` names what cannot be written."""
         expression = as_expression(expression)
         for part in sp.preorder_traversal(expression):
-            if not isinstance(part, PARTS) and type(part).__name__ not in self.dialect.functions:
+            if isinstance(part, sp.Piecewise) and part.args[-1].cond != sp.true:
+                raise BadInput(f"cannot write `{part}` as code: its last case must be for all the rest, `(..., True)`.")
+            if not isinstance(part, (*PARTS, *CASES)) and type(part).__name__ not in self.dialect.functions:
                 known = ", ".join(sorted(self.dialect.functions))
                 raise BadInput(f"cannot write `{part}` as code; the functions that can be written are {known}.")
             if part.is_number and part.is_Atom and not max(abs(sp.numer(part)), abs(sp.denom(part))) < HUGE:
                 raise BadInput(f"cannot write `{expression}` as code: a number in it is beyond 1e306.")
             if part.is_Pow and part.base.is_number and part.base.is_negative and not part.exp.is_integer:
                 raise BadInput(f"cannot write `{part}` as code: powers of a negative number are seldom real.")
-        return self.doprint(expression)
+        code = self.doprint(expression)
+        return code[1:-1] if isinstance(expression, sp.Piecewise) and code.startswith("(") else code
 
     def use(self, code: str) -> str:
         """`code`, with every importable word in it noted."""
-        self.used |= set(re.findall(r"[A-Za-z]\w*", code)) & self.dialect.imports.keys()
+        self.used |= set(re.findall(r"(?<!\.)\b[A-Za-z]\w*", code)) & self.dialect.imports.keys()
         return code
 
+    def _function(self, name: str, expression) -> str:
+        """The word for a SymPy function of what `expression` is made of."""
+        numbers = self.dialect.of_numbers if expression.free_symbols <= self.constants else None
+        return (numbers or self.dialect.functions)[name]
+
     def _print_Function(self, expression):
-        target = self.dialect.functions[type(expression).__name__]
+        target = self._function(type(expression).__name__, expression)
         printed = [self._print(a) for a in expression.args]
         return self.use(target.format(*printed) if "{0}" in target else f"{target}({', '.join(printed)})")
 
     _print_sin = _print_cos = _print_tan = _print_asin = _print_acos = _print_atan = _print_Function
-    _print_atan2 = _print_Abs = _print_Function
+    _print_atan2 = _print_Abs = _print_floor = _print_Function
 
     def _print_Max(self, expression):
         """Two at a time, since NumPy's take two; numbers first, as floats."""
-        target = self.use(self.dialect.functions[type(expression).__name__])
+        target = self.use(self._function(type(expression).__name__, expression))
         ordered = sorted(expression.args, key=lambda a: (not a.is_number, sp.default_sort_key(a)))
         first, *rest = [repr(float(a)) if a.is_Integer else self._print(a) for a in ordered]
         for word in rest:
@@ -115,6 +136,13 @@ class Printer(PythonCodePrinter):
         return first
 
     _print_Min = _print_Max
+
+    def _print_Piecewise(self, expression):
+        *cases, (rest, _) = expression.args
+        code = self._print(rest)
+        for value, condition in reversed(cases):
+            code = self.use(self.dialect.cases.format(self._print(value), self._print(condition)[1:-1], code))
+        return code
 
     def _print_Pi(self, expression):
         return self.use(self.dialect.pi)
@@ -125,7 +153,7 @@ class Printer(PythonCodePrinter):
     def _print_Pow(self, expression, rational=False):
         base, exponent = expression.as_base_exp()
         if exponent == sp.Rational(1, 2):
-            return self.use(f"{self.dialect.functions['sqrt']}({self._print(base)})")
+            return self.use(f"{self._function('sqrt', base)}({self._print(base)})")
         if exponent == 2 and base.is_Symbol:
             return f"{base.name}*{base.name}"
         if exponent.is_Rational and exponent < 0:

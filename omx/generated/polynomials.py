@@ -1,35 +1,113 @@
-"""Sine, cosine and arc tangent as polynomials, exact to rounding in the ranges given.
+"""Sine, cosine and arc tangent from polynomials, exact to rounding.
 
 Written by notebooks/21-very-many-poses.ipynb. Do not edit: change the chapter and run it.
-Lengths are in mm, angles in rad.
+Lengths are in mm, angles in rad. `..._batch` is the same formula for columns: arrays of one
+shape, NumPy's or those of another library that keeps to the array API standard.
 """
 
+from math import floor, pi, sqrt
 
-def sine(t: float) -> float:
-    """Sine of t, |t| <= pi/2. 16 operations."""
+from omx.arrays import Array, namespace, where
+
+
+def sine(x: float) -> float:
+    """Sine of x, |x| <= 10000 rad. 31 operations."""
+    n = floor(1/2 + x/pi)
+    half_turns_off = x - pi*n
+    t = half_turns_off - 1.2246467991473532e-16*n
     u = t*t
+    sign = 1 + 4*floor(n/2) - 2*n
     return (
-        t*(0.9999999999999999 + u*(u*(0.008333333333282756 + u*(u*(2.7557316609073673e-06
+        sign*t*(0.9999999999999999 + u*(u*(0.008333333333282756 + u*(u*(2.7557316609073673e-06
         + u*((1.6048168318165643e-10 - 7.374387503862757e-13*u)*u - 2.505188194671259e-08))
         - 0.00019841269824861897)) - 0.16666666666666072))
     )
 
 
-def cosine(t: float) -> float:
-    """Cosine of t, |t| <= pi/2. 17 operations."""
+def sine_batch(x: Array) -> Array:
+    """Sine of x, |x| <= 10000 rad. Columns in, columns out."""
+    xp = namespace(x)
+    n = xp.floor(1/2 + x/pi)
+    half_turns_off = x - pi*n
+    t = half_turns_off - 1.2246467991473532e-16*n
     u = t*t
+    sign = 1 + 4*xp.floor(n/2) - 2*n
     return (
-        1.0 + u*(u*(0.04166666666666388 + u*(u*(2.4801587277414926e-05 + u*(u*(2.0876561839933163e-09
-        + (4.608977003001797e-14*u - 1.1462901901757276e-11)*u) - 2.755731639102575e-07))
-        - 0.001388888888877299)) - 0.4999999999999997)
+        sign*t*(0.9999999999999999 + u*(u*(0.008333333333282756 + u*(u*(2.7557316609073673e-06
+        + u*((1.6048168318165643e-10 - 7.374387503862757e-13*u)*u - 2.505188194671259e-08))
+        - 0.00019841269824861897)) - 0.16666666666666072))
     )
 
 
-def arc_tangent(t: float) -> float:
-    """Arc tangent of t, |t| <= tan(pi/8). 22 operations."""
+def cosine(x: float) -> float:
+    """Cosine of x, |x| <= 10000 rad. 32 operations."""
+    n = floor(1/2 + x/pi)
+    half_turns_off = x - pi*n
+    t = half_turns_off - 1.2246467991473532e-16*n
     u = t*t
+    sign = 1 + 4*floor(n/2) - 2*n
     return (
+        sign*(1.0 + u*(u*(0.04166666666666388 + u*(u*(2.4801587277414926e-05 + u*(u*(2.0876561839933163e-09
+        + (4.608977003001797e-14*u - 1.1462901901757276e-11)*u) - 2.755731639102575e-07))
+        - 0.001388888888877299)) - 0.4999999999999997))
+    )
+
+
+def cosine_batch(x: Array) -> Array:
+    """Cosine of x, |x| <= 10000 rad. Columns in, columns out."""
+    xp = namespace(x)
+    n = xp.floor(1/2 + x/pi)
+    half_turns_off = x - pi*n
+    t = half_turns_off - 1.2246467991473532e-16*n
+    u = t*t
+    sign = 1 + 4*xp.floor(n/2) - 2*n
+    return (
+        sign*(1.0 + u*(u*(0.04166666666666388 + u*(u*(2.4801587277414926e-05 + u*(u*(2.0876561839933163e-09
+        + (4.608977003001797e-14*u - 1.1462901901757276e-11)*u) - 2.755731639102575e-07))
+        - 0.001388888888877299)) - 0.4999999999999997))
+    )
+
+
+def arc_tangent(y: float, x: float) -> float:
+    """The angle of (x, y), in (-pi, pi]. 45 operations."""
+    across = abs(x)
+    up = abs(y)
+    smaller = across if across < up else up
+    larger = up if across < up else across
+    diagonal = (sqrt(2) - 1)*larger
+    above = smaller - larger if diagonal < smaller else smaller
+    below = larger + smaller if diagonal < smaller else (larger if larger > 0 else 1)
+    t = above/below
+    u = t*t
+    octant = (
         t*(1.0 + u*(u*(0.1999999999885511 + u*(u*(0.11111106180455946 + u*(u*(0.07689953496306857
         + u*(u*(0.056883492268090106 + (0.021135373157693246*u - 0.04348052215716463)*u)
         - 0.06640233930429408)) - 0.09090773074808414)) - 0.14285714180976467)) - 0.3333333333332844))
     )
+    first = pi/4 + octant if diagonal < smaller else octant
+    quadrant = pi/2 - first if across < up else first
+    upper = pi - quadrant if x < 0 else quadrant
+    return -upper if y < 0 else upper
+
+
+def arc_tangent_batch(y: Array, x: Array) -> Array:
+    """The angle of (x, y), in (-pi, pi]. Columns in, columns out."""
+    xp = namespace(y, x)
+    across = xp.abs(x)
+    up = xp.abs(y)
+    smaller = where(across < up, across, up)
+    larger = where(across < up, up, across)
+    diagonal = (sqrt(2) - 1)*larger
+    above = where(diagonal < smaller, smaller - larger, smaller)
+    below = where(diagonal < smaller, larger + smaller, where(larger > 0, larger, 1))
+    t = above/below
+    u = t*t
+    octant = (
+        t*(1.0 + u*(u*(0.1999999999885511 + u*(u*(0.11111106180455946 + u*(u*(0.07689953496306857
+        + u*(u*(0.056883492268090106 + (0.021135373157693246*u - 0.04348052215716463)*u)
+        - 0.06640233930429408)) - 0.09090773074808414)) - 0.14285714180976467)) - 0.3333333333332844))
+    )
+    first = where(diagonal < smaller, pi/4 + octant, octant)
+    quadrant = where(across < up, pi/2 - first, first)
+    upper = where(x < 0, pi - quadrant, quadrant)
+    return where(y < 0, -upper, upper)

@@ -144,6 +144,8 @@ FORMULAS = {
     "floats to the last digit": x * 0.1234567890123456789 + 1e-7 * y - 3.3333333333333335,
     "constants": sp.pi * x / 3 + sp.sqrt(3) + sp.asin(sp.Rational(24, 130)),
     "powers of sums": (x + y) ** 2 * (x - y) ** 3 + 2**x,
+    "whole numbers": x - 2 * sp.floor(x / 2) + sp.floor(-y),
+    "cases": 2 - sp.Piecewise((x, x < y), (-y, x * y >= 1), (sp.Piecewise((1, x > 2), (y**2, True)), True)),
     "a tower": (x**2) ** (y / 4) + (1 / (1 + x**2)) ** y,
 }
 
@@ -382,7 +384,8 @@ MISTAKES = {
     "an unknown symbol in a step": (lambda: one(r, Q, [(r, stray)]), "step `r`: unknown symbol `stray`"),
     "a step used before it is computed": (lambda: one(r, Q, [(r, stray), (stray, x)]), "unknown symbol `stray`"),
     "an unknown function": (lambda: one(sp.exp(x)), r"cannot write `exp\(q1\)` as code; the functions .* atan2"),
-    "a case distinction": (lambda: one(sp.Piecewise((x, x > 0), (0, True))), "cannot write `Piecewise"),
+    "cases by another condition": (lambda: one(sp.Piecewise((x, sp.Eq(x, y)), (y, True))), "cannot write `Eq"),
+    "cases that leave some out": (lambda: one(sp.Piecewise((x, x > 0))), r"its last case must be for all the rest"),
     "an undefined function": (lambda: one(sp.Function("g")(x)), r"cannot write `g\(q1\)`"),
     "infinity": (lambda: one(sp.oo), "cannot write `oo`"),
     "a complex number": (lambda: one(sp.I * x), "cannot write `I`"),
@@ -632,6 +635,8 @@ def test_text_is_never_evaluated():
         (sp.Max(x, y, 0), "max(max(0.0, q1), q2)", "xp.maximum(xp.maximum(0.0, q1), q2)"),
         (wrap(x), "remainder(q1, tau)", "wrap(q1)"),
         (x**2 / (2 * a * b), "q1*q1/(2*a*b)", "q1*q1/(2*a*b)"),
+        (sp.Piecewise((x, x < y), (0, True)), "q1 if q1 < q2 else 0", "where(q1 < q2, q1, 0)"),
+        (sp.sqrt(a + 2) * sp.sqrt(x), "sqrt(2 + a)*sqrt(q1)", "sqrt(2 + a)*xp.sqrt(q1)"),
         (sp.atan2(y, x), "atan2(q2, q1)", "xp.atan2(q2, q1)"),
         (sp.pi / 2 - delta, "pi/2 - delta", "pi/2 - delta"),
         (0.1 + x, "q1 + 0.1", "q1 + 0.1"),
