@@ -79,15 +79,18 @@ def wrap(x):
     if is_foreign(x):
         ceil = namespace(x).ceil
         turns = turns - ceil(turns - 0.5)
-        return (turns - ceil(turns - 0.5)) * math.tau  # twice: a compiler that fuses may miss by a rounding at first
+        return (turns - ceil(turns - 0.5)) * math.tau  # once more: compilers may round the first otherwise
     turns -= np.ceil(turns - 0.5)
     turns *= math.tau
     return turns
 
 
 def where(condition, a, b):
-    """`a` where the condition holds, else `b`: arrays, or one of them a number."""
-    return namespace(condition).where(condition, a, b)
+    """`a` where the condition holds, else `b`: arrays or numbers."""
+    xp = namespace(condition)
+    if is_foreign(condition) and not (is_foreign(a) or is_foreign(b)):
+        a = xp.full_like(condition, a, dtype=xp.float64)  # two numbers may become float32 there
+    return xp.where(condition, a, b)
 
 
 class Four:

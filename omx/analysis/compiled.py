@@ -36,14 +36,14 @@ def available() -> bool:
 def compile_batch(module: ModuleType) -> SimpleNamespace:
     """Every function of a generated module for many rows: `compile_batch(fk).pose(q, *geometry.values)`.
 
-    Each takes rows (..., k) of its k inputs, its parameters, and `threads` as in `compiled`. It returns an array
+    Each takes rows (..., k) of its k inputs, its parameters, and `threads` as in `compile_rows`. It returns an array
     (..., n), or (..., n, m) for a matrix; a tuple of arrays where results have several shapes. Raises `BadInput`.
     """
     batches = {name.removesuffix("_batch"): f for name, f in vars(module).items() if name.endswith("_batch")}
-    return SimpleNamespace(**{name: compiled(_of_rows(batch)) for name, batch in batches.items()})
+    return SimpleNamespace(**{name: compile_rows(_of_rows(batch)) for name, batch in batches.items()})
 
 
-def compiled(function: Callable) -> Callable:
+def compile_rows(function: Callable) -> Callable:
     """`function` of rows (..., k), as any library's, in machine code: the same arguments and errors, and `threads`.
 
     `threads`: how many share the work; as many as the machine has, if left out.
@@ -75,7 +75,7 @@ def compiled(function: Callable) -> Callable:
     return call
 
 
-pose, ik_batch = compiled(kinematics.pose), compiled(kinematics.ik_batch)
+pose, ik_batch = compile_rows(kinematics.pose), compile_rows(kinematics.ik_batch)
 
 
 def _of_rows(batch: Callable) -> Callable:

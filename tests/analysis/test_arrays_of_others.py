@@ -4,10 +4,14 @@ Runs where those libraries are: `tests/analysis/test_optional.py` makes such an 
 those of array_api_strict refuse whatever the standard does not promise, JAX's can be compiled and differentiated.
 """
 
+import inspect
+
 import numpy as np
 import pytest
 
 import omx
+from omx.arrays import where
+from omx.generated import fk, gravity, ik, jacobian, polynomials
 
 Q = np.random.default_rng(3).uniform(-1.4, 1.4, (5, 7, 4))
 POSES = np.concatenate(
@@ -62,6 +66,40 @@ def test_another_geometry_and_other_limits_go_along(kind):
     np.testing.assert_array_equal(
         back(omx.ik_batch(there(POSES), limits=narrow)[2]), omx.ik_batch(POSES, limits=narrow)[2]
     )
+
+
+@pytest.mark.parametrize("module", [fk, ik, jacobian, gravity, polynomials], ids=lambda module: module.__name__[14:])
+def test_every_generated_function_takes_them(kind, module):
+    """Also what is computed of lengths alone, which are plain numbers, and what tells cases apart."""
+    there, back = kind
+    for name in (name for name in dir(module) if name.endswith("_batch")):
+        batch = getattr(module, name)
+        names = inspect.signature(batch).parameters.values()
+        numbers = {p.name: fk.PARAMETERS.get(p.name, 2.0) for p in names if p.annotation is float}
+        inputs = [p.name for p in names if p.annotation is not float]
+        columns = dict(zip(inputs, np.ascontiguousarray(POSES.T), strict=False))
+        others = batch(**numbers, **{name: there(column) for name, column in columns.items()})
+        for one, other in zip(leaves(batch(**numbers, **columns)), leaves(others), strict=True):
+            found = back(other) if hasattr(other, "shape") else other
+            np.testing.assert_allclose(found, one, atol=1e-9, err_msg=name)
+            assert np.asarray(found).dtype in (np.float64, int)
+
+
+def leaves(results):
+    return [leaf for part in results for leaf in leaves(part)] if isinstance(results, tuple) else [results]
+
+
+def test_a_choice_between_numbers_is_as_exact_as_numpys(kind):
+    there, back = kind
+    found = back(where(there(Q) > 0, 0.1, 0.0))
+    assert found.dtype == np.float64
+    np.testing.assert_array_equal(found, np.where(Q > 0, 0.1, 0.0))
+
+
+def test_lengths_without_an_inverse_are_refused(kind):
+    there, _ = kind
+    with pytest.raises(omx.BadInput, match="a link of length 0"):
+        omx.ik_batch(there(POSES), omx.COURSE.replace(L3=0.0))
 
 
 def test_a_wrong_shape_is_named(kind):

@@ -93,6 +93,8 @@ def test_angles_are_half_open_where_the_arm_folds_and_behind_the_base():
         (lambda: compiled.ik_batch(POSES, limits=[(-90, 90)] * 4), "degrees"),
         (lambda: compiled.pose(Q, threads=0), "threads"),
         (lambda: MANY[fk].pose(Q[..., :3], *COURSE.values), r"q1, q2, q3, q4 before 5 .*shape \(4,\)"),
+        (lambda: compiled.recorded(lambda rows: -rows if rows[..., 0] < 0 else rows, 4), "let it use `where`"),
+        (lambda: MANY[fk].pose(Q, "long", *COURSE.values[1:]), "`L1` must be a number"),
         (lambda: MANY[fk].pose(Q, *range(9)), "nothing before 9 parameters of `pose_batch`"),
     ],
 )  # fmt: skip

@@ -21,7 +21,7 @@ JUPYTER = {"IPython", "ipywidgets", "traitlets", "anywidget"}
 ROOMS = {
     "derive": ({"small"}, {"sympy", "mpmath"}),
     "motion": ({"small"}, set()),
-    "analysis": ({"small"}, {"numba"}),
+    "analysis": ({"small"}, {"numba", "llvmlite"}),
     "exchange": ({"small"}, set()),
     "hardware": ({"small", "motion"}, set()),
     "display": ({"small", "motion", "analysis"}, {"meshcat", "umsgpack", "matplotlib", *JUPYTER}),

@@ -29,7 +29,8 @@ RIGHT_ALL_THE_SAME = {
     "chord": {"root of its square"},  # a length
     "r_max": {"root of its square"},  # a length
     "d3_squared": {"root of its square"},  # a square
-    **{name: {"arc sine of its sine"} for name in ("sine_of", "cosine_of", "brought", "sign")},  # at most pi/2
+    **{name: {"arc sine of its sine"} for name in ("sine_of", "cosine_of", "brought")},  # at most pi/2
+    **{name: {"arc sine of its sine"} for name in ("of_sine", "of_cosine")},  # at most 1
     **{name: {"arc sine of its sine"} for name in ("sin_q5", "cos_q5", "sin_q6", "cos_q6")},  # at most 1
     "apart": {"root of its square"},  # a distance
     "radius_squared": {"root of its square"},  # a square

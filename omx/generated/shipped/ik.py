@@ -122,6 +122,6 @@ def missing_batch(
     z_w = z - L1 - L4*s_pitch
     d_w_front = xp.sqrt((r - L4*c_pitch)**2 + z_w*z_w)
     d_w_back = xp.sqrt((-L4*c_pitch - r)**2 + z_w*z_w)
-    front = xp.maximum(xp.maximum(0.0, xp.abs(L2 - L3) - d_w_front), d_w_front - L2 - L3)
-    back = xp.maximum(xp.maximum(0.0, xp.abs(L2 - L3) - d_w_back), d_w_back - L2 - L3)
+    front = xp.maximum(xp.maximum(0.0, abs(L2 - L3) - d_w_front), d_w_front - L2 - L3)
+    back = xp.maximum(xp.maximum(0.0, abs(L2 - L3) - d_w_back), d_w_back - L2 - L3)
     return front, back
