@@ -4,7 +4,8 @@ The formulas take their functions from the arrays that they are given, so one so
 and Dask."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import wraps
 from itertools import islice
 from numbers import Real
 from typing import Any
@@ -257,6 +258,28 @@ def stacked(entries, like):
     if not isinstance(entries, tuple):
         return entries if is_foreign(entries) else xp.full_like(like, entries)
     return xp.stack([stacked(entry, like) for entry in entries], axis=like.ndim)
+
+
+def of_rows(batch: Callable) -> Callable:
+    """A generated function of columns as one of rows (..., k), of any library: `of_rows(fk.pose_batch)(q, *lengths)`.
+
+    It returns an array (..., n), or (..., n, m) for a matrix; a tuple of arrays where results have several shapes.
+    """
+    names = batch.__code__.co_varnames[: batch.__code__.co_argcount]
+
+    @wraps(batch)
+    def function(rows, *parameters):
+        inputs = names[: len(names) - len(parameters)]
+        wanted = f"{', '.join(inputs) or 'nothing'} before {len(parameters)} parameters of `{batch.__name__}`"
+        rows = rows if is_foreign(rows) else as_rows(rows, "rows", len(inputs), wanted)
+        columns = [rows[..., j] for j in range(len(inputs))]
+        results = batch(*columns, *map(as_number, parameters, names[len(inputs) :]))
+        try:
+            return stacked(results, columns[0])
+        except ValueError:  # results of several shapes
+            return tuple(stacked(part, columns[0]) for part in results)
+
+    return function
 
 
 def fill(out, entries):

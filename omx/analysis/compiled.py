@@ -5,7 +5,6 @@ is not float64 are left to NumPy, as all is without numba. Results differ by rou
 compiles, which takes some seconds.
 """
 
-import inspect
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache, partial, wraps
@@ -17,7 +16,7 @@ import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from .. import kinematics
-from ..arrays import as_count, as_number, as_rows, is_foreign, stacked
+from ..arrays import as_count, of_rows
 from ..errors import BadInput
 from ..generated import polynomials
 
@@ -40,7 +39,7 @@ def compile_batch(module: ModuleType) -> SimpleNamespace:
     (..., n), or (..., n, m) for a matrix; a tuple of arrays where results have several shapes. Raises `BadInput`.
     """
     batches = {name.removesuffix("_batch"): f for name, f in vars(module).items() if name.endswith("_batch")}
-    return SimpleNamespace(**{name: compile_rows(_of_rows(batch)) for name, batch in batches.items()})
+    return SimpleNamespace(**{name: compile_rows(of_rows(batch)) for name, batch in batches.items()})
 
 
 def compile_rows(function: Callable) -> Callable:
@@ -76,25 +75,6 @@ def compile_rows(function: Callable) -> Callable:
 
 
 pose, ik_batch = compile_rows(kinematics.pose), compile_rows(kinematics.ik_batch)
-
-
-def _of_rows(batch: Callable) -> Callable:
-    """A function of columns as one of rows."""
-    names = list(inspect.signature(batch).parameters)
-
-    @wraps(batch)
-    def function(rows, *parameters):
-        inputs = names[: len(names) - len(parameters)]
-        wanted = f"{', '.join(inputs) or 'nothing'} before {len(parameters)} parameters of `{batch.__name__}`"
-        rows = rows if is_foreign(rows) else as_rows(rows, "rows", len(inputs), wanted)
-        columns = [rows[..., j] for j in range(len(inputs))]
-        results = batch(*columns, *map(as_number, parameters, names[len(inputs) :]))
-        try:
-            return stacked(results, columns[0])
-        except ValueError:  # results of several shapes
-            return tuple(stacked(part, columns[0]) for part in results)
-
-    return function
 
 
 @cache

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import omx
-from omx.arrays import where
+from omx.arrays import of_rows, where
 from omx.generated import fk, gravity, ik, jacobian, polynomials
 
 Q = np.random.default_rng(3).uniform(-1.4, 1.4, (5, 7, 4))
@@ -83,6 +83,12 @@ def test_every_generated_function_takes_them(kind, module):
             found = back(other) if hasattr(other, "shape") else other
             np.testing.assert_allclose(found, one, atol=1e-9, err_msg=name)
             assert np.asarray(found).dtype in (np.float64, int)
+
+
+def test_a_function_of_columns_becomes_one_of_rows(kind):
+    there, back = kind
+    for batch, expected in ((fk.transform_batch, omx.fk(Q)), (jacobian.jacobian_batch, omx.jacobian(Q))):
+        np.testing.assert_allclose(back(of_rows(batch)(there(Q), *omx.COURSE.values)), expected, atol=1e-9)
 
 
 def leaves(results):
