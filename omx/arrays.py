@@ -5,7 +5,6 @@ and Dask."""
 
 import math
 from collections.abc import Callable, Iterator
-from functools import wraps
 from itertools import islice
 from numbers import Real
 from typing import Any
@@ -267,7 +266,6 @@ def of_rows(batch: Callable) -> Callable:
     """
     names = batch.__code__.co_varnames[: batch.__code__.co_argcount]
 
-    @wraps(batch)
     def function(rows, *parameters):
         inputs = names[: len(names) - len(parameters)]
         wanted = f"{', '.join(inputs) or 'nothing'} before {len(parameters)} parameters of `{batch.__name__}`"
@@ -279,6 +277,7 @@ def of_rows(batch: Callable) -> Callable:
         except ValueError:  # results of several shapes
             return tuple(stacked(part, columns[0]) for part in results)
 
+    function.__name__, function.__doc__ = batch.__name__, batch.__doc__
     return function
 
 

@@ -1,10 +1,10 @@
 """Big batches in machine code, where numba is installed: `pose`, `ik_batch` and any generated function.
 
-What a function asks of NumPy is recorded, and becomes a loop over rows. Small batches, numbers beyond `RANGE` and what
-is not float64 are left to NumPy, as all is without numba. Results differ by rounding only (1e-12 mm). The first call
-compiles, which takes some seconds.
+What a function asks of NumPy is recorded and becomes a loop over rows. Small batches, numbers beyond `RANGE`, and what
+is not float64 go to NumPy, and all does without numba. Results differ by rounding (1e-12 mm); the first call compiles.
 """
 
+import inspect
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache, partial, wraps
@@ -48,10 +48,14 @@ def compile_rows(function: Callable) -> Callable:
     `threads`: how many share the work; as many as the machine has, if left out.
     """
 
+    name, *_ = inspect.signature(function, follow_wrapped=False).parameters
+
     @wraps(function)
-    def call(rows, *arguments, threads: int | None = None, **named):
+    def call(*arguments, threads: int | None = None, **named):
+        rows, *others = arguments or (named.pop(name, None),)
+
         def given(rows):
-            return function(rows, *arguments, **named)
+            return function(rows, *others, **named)
 
         workers = (cpu_count() or 1) if threads is None else as_count(threads, "threads")
         plain = type(rows) is np.ndarray and rows.dtype == float and rows.ndim > 1
@@ -103,8 +107,7 @@ def recorded(function: Callable, inputs: int) -> tuple[tuple[str, ...], tuple[fl
 
     A statement is one call, `v7 = add(v3, p[1])`, by NumPy's names. `x0` .. are the inputs, `p[0]` .. the constants.
     """
-    lines: list[str] = []
-    constants: dict[float, str] = {}
+    lines, constants = list[str](), dict[float, str]()
     found = function(Column("x", lines, constants, (inputs,)))
     parts = found if isinstance(found, tuple) else (found,)
     return tuple(lines), tuple(constants), tuple(tuple(c.name for c in np.array(part, object).flat) for part in parts)
@@ -119,8 +122,8 @@ class Column(NDArrayOperatorsMixin):
     def write(self, step: str, *given) -> "Column":
         """One more statement, and the column that it makes."""
         for number in given:
-            if isinstance(number, float):
-                self.constants.setdefault(number, f"p[{len(self.constants)}]")
+            if not isinstance(number, (Column, int)):
+                self.constants.setdefault(float(number), f"p[{len(self.constants)}]")
         words = (g.name if isinstance(g, Column) else self.constants.get(g, g) for g in given)
         self.lines.append(f"v{len(self.lines)} = {step.format(*words)}")
         return Column(f"v{len(self.lines) - 1}", self.lines, self.constants)

@@ -38,7 +38,7 @@ def turned(a, b):
         (compiled.pose, (Q,), omx.pose(Q)),
         (compiled.pose, (np.asfortranarray(Q), SHORT), omx.pose(Q, SHORT)),
         (compiled.pose, (2e4 * Q,), omx.pose(2e4 * Q)),
-        (compiled.pose, (Q.tolist(),), omx.pose(Q)),
+        (lambda q, threads: compiled.pose(q=q.tolist(), threads=threads), (Q,), omx.pose(Q)),
         (MANY[fk].transform, (Q, *COURSE.values), omx.fk(Q)),
         (MANY[fk].frames, (Q, *COURSE.values), omx.frames(Q)[..., 1:, :, :]),
         (MANY[jacobian].jacobian, (Q, *SHORT.values), omx.jacobian(Q, SHORT)),
@@ -64,8 +64,8 @@ def test_so_does_the_inverse_with_its_verdicts(limits):
     assert np.median(turned(q, expected.q)[reachable]) < 1e-15
     assert 0 < legal.mean() < reachable.mean() < 1
     up, *_, D_back = MANY[ik].branches(POSES, *COURSE.values)  # of several shapes
-    assert turned(up, q[:, 0])[reachable[:, 0]].max() < 1e-12
-    assert ((np.abs(D_back) <= 1 + 1e-13) == reachable[:, 2]).all()
+    assert np.array_equal(turned(up, q[:, 0]).max(axis=1) < 1e-12, reachable[:, 0])
+    assert np.array_equal(np.abs(D_back) <= 1 + 1e-13, reachable[:, 2])
 
 
 def test_angles_are_half_open_where_the_arm_folds_and_behind_the_base():
@@ -86,7 +86,6 @@ def test_angles_are_half_open_where_the_arm_folds_and_behind_the_base():
         (lambda: compiled.ik_batch(np.where(POSES == 300.0, math.inf, POSES)), "inf"),
         (lambda: compiled.ik_batch(POSES[0]), r"omx\.ik|`ik`"),
         (lambda: compiled.ik_batch(POSES, COURSE.replace(L3=0.0)), "a link of length 0"),
-        (lambda: compiled.ik_batch(POSES, limits=[(-90, 90)] * 4), "degrees"),
         (lambda: compiled.pose(Q, threads=0), "threads"),
         (lambda: MANY[fk].pose(Q[..., :3], *COURSE.values), r"q1, q2, q3, q4 before 5 .*shape \(4,\)"),
         (lambda: compiled.recorded(lambda rows: -rows if rows[..., 0] < 0 else rows, 4), "let it use `where`"),

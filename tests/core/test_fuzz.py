@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 
 import omx
 from omx import analysis, collision, derive, dh, geometry, kinematics, motion, rotation
-from omx.analysis import accuracy, equivalence, workspace
+from omx.analysis import accuracy, compiled, equivalence, workspace
 from omx.derive import screws
 from omx.exchange import axes
 from omx.motion import trajectory
@@ -157,6 +157,7 @@ METHODS = {
         ("Arc", ARC, ("points", "distance")),
         ("urdf", omx.urdf, ("text", "parse", "write")),
         ("Inverse", INVERSE, ("__call__", "batch")),
+        ("compiled", compiled, ("pose", "ik_batch")),
     )
     for name in names
 }  # fmt: skip
