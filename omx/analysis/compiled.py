@@ -1,7 +1,7 @@
 """Big batches in machine code, where numba is installed: `pose`, `ik_batch` and any generated function.
 
-What a function asks of NumPy is recorded and becomes a loop over rows. Small batches, numbers beyond `RANGE`, and what
-is not float64 go to NumPy, and all does without numba. Results differ by rounding (1e-12 mm); the first call compiles.
+What a function asks of NumPy is recorded and becomes a loop over rows. Small batches, numbers beyond `RANGE` and other
+kinds than float64 go to NumPy, as all do without numba. Results differ by rounding (1e-12 mm); the first call compiles.
 """
 
 import inspect
