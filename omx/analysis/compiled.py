@@ -24,7 +24,7 @@ from ..generated import polynomials
 RANGE = 1e4
 
 #: So few rows NumPy has done before the function is recorded.
-FEW = 5000
+FEW = 10_000
 
 
 def available() -> bool:

@@ -1,4 +1,4 @@
-// Sine, cosine and arc tangent in plain arithmetic, exact to rounding.
+// Sine, cosine and arc tangent in plain arithmetic, exact to the last bit of an angle.
 //
 // Written by notebooks/21-very-many-poses.ipynb. Do not edit: change the chapter and run it.
 // Lengths are in mm, angles in rad.
@@ -6,8 +6,8 @@
 /** Sine of x, |x| <= 10000 rad. 31 operations. */
 export function sine(x) {
     const n = Math.floor(1/2 + x/Math.PI);
-    const less = x - Math.PI*n;
-    const t = less - 1.2246467991473532e-16*n;
+    const rest = x - Math.PI*n;
+    const t = rest - 1.2246467991473532e-16*n;
     const u = t*t;
     const sign = 1 + 4*Math.floor(n/2) - 2*n;
     return (
@@ -20,8 +20,8 @@ export function sine(x) {
 /** Cosine of x, |x| <= 10000 rad. 32 operations. */
 export function cosine(x) {
     const n = Math.floor(1/2 + x/Math.PI);
-    const less = x - Math.PI*n;
-    const t = less - 1.2246467991473532e-16*n;
+    const rest = x - Math.PI*n;
+    const t = rest - 1.2246467991473532e-16*n;
     const u = t*t;
     const sign = 1 + 4*Math.floor(n/2) - 2*n;
     return (
@@ -31,23 +31,23 @@ export function cosine(x) {
     );
 }
 
-/** The angle of (x, y), rad, in (-pi, pi]. 45 operations. */
+/** The angle of (x, y), rad. 45 operations. */
 export function arc_tangent(y, x) {
     const across = Math.abs(x);
     const up = Math.abs(y);
     const smaller = across < up ? across : up;
     const larger = across < up ? up : across;
-    const diagonal = (Math.sqrt(2) - 1)*larger;
-    const above = diagonal < smaller ? smaller - larger : smaller;
-    const below = diagonal < smaller ? larger + smaller : (larger > 0 ? larger : 1);
-    const t = above/below;
+    const border = (Math.sqrt(2) - 1)*larger;
+    const over = border < smaller ? smaller - larger : smaller;
+    const under = border < smaller ? larger + smaller : (larger > 0 ? larger : 1);
+    const t = over/under;
     const u = t*t;
     const part = (
         t*(1.0 + u*(u*(0.1999999999885511 + u*(u*(0.11111106180455946 + u*(u*(0.07689953496306857
         + u*(u*(0.056883492268090106 + (0.021135373157693246*u - 0.04348052215716463)*u)
         - 0.06640233930429408)) - 0.09090773074808414)) - 0.14285714180976467)) - 0.3333333333332844))
     );
-    const octant = diagonal < smaller ? Math.PI/4 + part : part;
+    const octant = border < smaller ? Math.PI/4 + part : part;
     const quadrant = across < up ? Math.PI/2 - octant : octant;
     const upper = x < 0 ? Math.PI - quadrant : quadrant;
     return y < 0 ? -upper : upper;

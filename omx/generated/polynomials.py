@@ -1,4 +1,4 @@
-"""Sine, cosine and arc tangent in plain arithmetic, exact to rounding.
+"""Sine, cosine and arc tangent in plain arithmetic, exact to the last bit of an angle.
 
 Written by notebooks/21-very-many-poses.ipynb. Do not edit: change the chapter and run it.
 Lengths are in mm, angles in rad. `..._batch` is the same formula for columns: arrays of one
@@ -13,8 +13,8 @@ from omx.arrays import Array, namespace, where
 def sine(x: float) -> float:
     """Sine of x, |x| <= 10000 rad. 31 operations."""
     n = floor(1/2 + x/pi)
-    less = x - pi*n
-    t = less - 1.2246467991473532e-16*n
+    rest = x - pi*n
+    t = rest - 1.2246467991473532e-16*n
     u = t*t
     sign = 1 + 4*floor(n/2) - 2*n
     return (
@@ -28,8 +28,8 @@ def sine_batch(x: Array) -> Array:
     """Sine of x, |x| <= 10000 rad. Columns in, columns out."""
     xp = namespace(x)
     n = xp.floor(1/2 + x/pi)
-    less = x - pi*n
-    t = less - 1.2246467991473532e-16*n
+    rest = x - pi*n
+    t = rest - 1.2246467991473532e-16*n
     u = t*t
     sign = 1 + 4*xp.floor(n/2) - 2*n
     return (
@@ -42,8 +42,8 @@ def sine_batch(x: Array) -> Array:
 def cosine(x: float) -> float:
     """Cosine of x, |x| <= 10000 rad. 32 operations."""
     n = floor(1/2 + x/pi)
-    less = x - pi*n
-    t = less - 1.2246467991473532e-16*n
+    rest = x - pi*n
+    t = rest - 1.2246467991473532e-16*n
     u = t*t
     sign = 1 + 4*floor(n/2) - 2*n
     return (
@@ -57,8 +57,8 @@ def cosine_batch(x: Array) -> Array:
     """Cosine of x, |x| <= 10000 rad. Columns in, columns out."""
     xp = namespace(x)
     n = xp.floor(1/2 + x/pi)
-    less = x - pi*n
-    t = less - 1.2246467991473532e-16*n
+    rest = x - pi*n
+    t = rest - 1.2246467991473532e-16*n
     u = t*t
     sign = 1 + 4*xp.floor(n/2) - 2*n
     return (
@@ -69,45 +69,45 @@ def cosine_batch(x: Array) -> Array:
 
 
 def arc_tangent(y: float, x: float) -> float:
-    """The angle of (x, y), rad, in (-pi, pi]. 45 operations."""
+    """The angle of (x, y), rad. 45 operations."""
     across = abs(x)
     up = abs(y)
     smaller = across if across < up else up
     larger = up if across < up else across
-    diagonal = (sqrt(2) - 1)*larger
-    above = smaller - larger if diagonal < smaller else smaller
-    below = larger + smaller if diagonal < smaller else (larger if larger > 0 else 1)
-    t = above/below
+    border = (sqrt(2) - 1)*larger
+    over = smaller - larger if border < smaller else smaller
+    under = larger + smaller if border < smaller else (larger if larger > 0 else 1)
+    t = over/under
     u = t*t
     part = (
         t*(1.0 + u*(u*(0.1999999999885511 + u*(u*(0.11111106180455946 + u*(u*(0.07689953496306857
         + u*(u*(0.056883492268090106 + (0.021135373157693246*u - 0.04348052215716463)*u)
         - 0.06640233930429408)) - 0.09090773074808414)) - 0.14285714180976467)) - 0.3333333333332844))
     )
-    octant = pi/4 + part if diagonal < smaller else part
+    octant = pi/4 + part if border < smaller else part
     quadrant = pi/2 - octant if across < up else octant
     upper = pi - quadrant if x < 0 else quadrant
     return -upper if y < 0 else upper
 
 
 def arc_tangent_batch(y: Array, x: Array) -> Array:
-    """The angle of (x, y), rad, in (-pi, pi]. Columns in, columns out."""
+    """The angle of (x, y), rad. Columns in, columns out."""
     xp = namespace(y, x)
     across = xp.abs(x)
     up = xp.abs(y)
     smaller = where(across < up, across, up)
     larger = where(across < up, up, across)
-    diagonal = (sqrt(2) - 1)*larger
-    above = where(diagonal < smaller, smaller - larger, smaller)
-    below = where(diagonal < smaller, larger + smaller, where(larger > 0, larger, 1))
-    t = above/below
+    border = (sqrt(2) - 1)*larger
+    over = where(border < smaller, smaller - larger, smaller)
+    under = where(border < smaller, larger + smaller, where(larger > 0, larger, 1))
+    t = over/under
     u = t*t
     part = (
         t*(1.0 + u*(u*(0.1999999999885511 + u*(u*(0.11111106180455946 + u*(u*(0.07689953496306857
         + u*(u*(0.056883492268090106 + (0.021135373157693246*u - 0.04348052215716463)*u)
         - 0.06640233930429408)) - 0.09090773074808414)) - 0.14285714180976467)) - 0.3333333333332844))
     )
-    octant = where(diagonal < smaller, pi/4 + part, part)
+    octant = where(border < smaller, pi/4 + part, part)
     quadrant = where(across < up, pi/2 - octant, octant)
     upper = where(x < 0, pi - quadrant, quadrant)
     return where(y < 0, -upper, upper)

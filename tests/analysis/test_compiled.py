@@ -14,8 +14,8 @@ RANDOM = np.random.default_rng(0)
 Q = RANDOM.uniform(*np.array(omx.LIMITS).T, (2, 6000, 4))
 NEAR = RANDOM.uniform((-450, -450, -250, -7), (450, 450, 550, 7), (6000, 4))  # some out of reach in front, at the back
 POSES = np.vstack([omx.pose(Q[0]), NEAR, [[0.0, 0.0, 300.0, 1.0], [0.0, -0.0, 300.0, 0.3]]])
-AROUND = RANDOM.uniform(-1e4, 1e4, (6000, 1))
-CORNERS = np.vstack([RANDOM.normal(size=(6000, 2)), [*product((0.0, 1.0, -1.0), repeat=2), (1e-300, -1e-300)]])
+AROUND = RANDOM.uniform(-1e4, 1e4, (11_000, 1))
+CORNERS = np.vstack([RANDOM.normal(size=(11_000, 2)), [*product((0.0, 1.0, -1.0), repeat=2), (1e-300, -1e-300)]])
 COURSE, SHORT = omx.COURSE, omx.COURSE.replace(L2=99.0, delta=0.0)
 MANY = {module: compiled.compile_batch(module) for module in (fk, ik, jacobian, polynomials)}
 
@@ -74,7 +74,7 @@ def test_angles_are_half_open_where_the_arm_folds_and_behind_the_base():
     reach = (bare.L2 + bare.L3 + bare.L4, bare.L2 + bare.L3 - bare.L4, bare.L2 - bare.L3 + bare.L4, 200.0)
     sides, pitches = (0.0, -0.0, 1e-20, -1e-20, -5e-324), np.arange(-4, 5) * math.pi / 2
     rows = list(product((*reach, *(-r for r in reach)), sides, (0.0, -0.0), pitches))
-    q, reachable, _ = compiled.ik_batch(np.tile(rows, (8, 1)), bare)
+    q, reachable, _ = compiled.ik_batch(np.tile(rows, (16, 1)), bare)
     assert ((q > -math.pi) & (q <= math.pi))[reachable].all()
     assert (q[reachable] == math.pi).any()
 
