@@ -1,7 +1,7 @@
 """How one expression looks in each dialect: `math` for one configuration, arrays for batches, JavaScript for pages."""
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import sympy as sp
 from sympy.functions.elementary.piecewise import ExprCondPair
@@ -17,7 +17,8 @@ from .symbolic import as_expression, wrap
 PARTS = (sp.Symbol, sp.Rational, sp.Float, sp.Add, sp.Mul, sp.Pow, type(sp.pi))
 
 #: What cases are made of: `Piecewise` of (value, condition), where a condition is an inequality, the last one True.
-CASES = (sp.Piecewise, ExprCondPair, sp.LessThan, sp.StrictLessThan, sp.GreaterThan, sp.StrictGreaterThan, BooleanTrue)
+CONDITIONS = (sp.LessThan, sp.StrictLessThan, sp.GreaterThan, sp.StrictGreaterThan, BooleanTrue)
+CASES = (sp.Piecewise, ExprCondPair, *CONDITIONS)
 
 FUNCTIONS = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "floor")
 
@@ -27,15 +28,15 @@ class Dialect:
     """The words of one target: `functions` maps SymPy names to it, `pair` computes a sine and a cosine.
 
     `imports` says which module each word comes from. A statement is `let name = code end`; several results
-    stand in `brackets`. `cases`: a value, its condition, and what holds otherwise. `of_numbers`: the words for what
-    takes numbers, where the others take arrays.
+    stand in `brackets`. `cases`: a value, its condition, and what holds otherwise. `numbers_in`: the dialect
+    for what takes numbers alone, if it is another one.
     """
 
     suffix: str
     number: str
     functions: dict[str, str]
     imports: dict[str, str]
-    of_numbers: dict[str, str] = field(default_factory=dict)
+    numbers_in: "Dialect | None" = None
     cases: str = "({0} if {1} else {2})"
     pi: str = "pi"
     pair: str = ""
@@ -59,7 +60,7 @@ BATCH = Dialect(
     functions={name: f"xp.{name}" for name in FUNCTIONS}
     | {"Abs": "xp.abs", "Max": "xp.maximum", "Min": "xp.minimum", wrap.__name__: "wrap({0})"},
     imports=SCALAR.imports | dict.fromkeys(("Array", "namespace", "sincos", "where", "wrap"), "omx.arrays"),
-    of_numbers=SCALAR.functions,
+    numbers_in=SCALAR,
     cases="where({1}, {0}, {2})",
     pair="sincos({0})",
 )
@@ -98,6 +99,8 @@ class Printer(PythonCodePrinter):
         for part in sp.preorder_traversal(expression):
             if isinstance(part, sp.Piecewise) and part.args[-1].cond != sp.true:
                 raise BadInput(f"cannot write `{part}` as code: its last case must be for all the rest, `(..., True)`.")
+            if isinstance(part, ExprCondPair) and not isinstance(part.cond, CONDITIONS):
+                raise BadInput(f"cannot write `{part.cond}` as the condition of a case; let it be an inequality.")
             if not isinstance(part, (*PARTS, *CASES)) and type(part).__name__ not in self.dialect.functions:
                 known = ", ".join(sorted(self.dialect.functions))
                 raise BadInput(f"cannot write `{part}` as code; the functions that can be written are {known}.")
@@ -113,13 +116,13 @@ class Printer(PythonCodePrinter):
         self.used |= set(re.findall(r"(?<!\.)\b[A-Za-z]\w*", code)) & self.dialect.imports.keys()
         return code
 
-    def _function(self, name: str, expression) -> str:
-        """The word for a SymPy function of what `expression` is made of."""
-        numbers = self.dialect.of_numbers if expression.free_symbols <= self.constants else None
-        return (numbers or self.dialect.functions)[name]
+    def _dialect(self, expression) -> Dialect:
+        """That of numbers, if `expression` is made of nothing else."""
+        numbers = expression.free_symbols <= self.constants
+        return (self.dialect.numbers_in or self.dialect) if numbers else self.dialect
 
     def _print_Function(self, expression):
-        target = self._function(type(expression).__name__, expression)
+        target = self._dialect(expression).functions[type(expression).__name__]
         printed = [self._print(a) for a in expression.args]
         return self.use(target.format(*printed) if "{0}" in target else f"{target}({', '.join(printed)})")
 
@@ -127,22 +130,31 @@ class Printer(PythonCodePrinter):
     _print_atan2 = _print_Abs = _print_floor = _print_Function
 
     def _print_Max(self, expression):
-        """Two at a time, since NumPy's take two; numbers first, as floats."""
-        target = self.use(self._function(type(expression).__name__, expression))
-        ordered = sorted(expression.args, key=lambda a: (not a.is_number, sp.default_sort_key(a)))
-        first, *rest = [repr(float(a)) if a.is_Integer else self._print(a) for a in ordered]
-        for word in rest:
-            first = f"{target}({first}, {word})"
-        return first
+        """Two at a time, since NumPy's take two; numbers first, as floats, and what is computed of numbers alone."""
+
+        def order(argument):
+            return not argument.free_symbols <= self.constants, not argument.is_number, sp.default_sort_key(argument)
+
+        first, *rest = sorted(expression.args, key=order)
+        code = self._number(first)
+        for argument in rest:
+            target = self._dialect(argument).functions[type(expression).__name__]
+            code = self.use(f"{target}({code}, {self._number(argument)})")
+        return code
 
     _print_Min = _print_Max
 
     def _print_Piecewise(self, expression):
         *cases, (rest, _) = expression.args
-        code = self._print(rest)
+        code = self._number(rest)
         for value, condition in reversed(cases):
-            code = self.use(self.dialect.cases.format(self._print(value), self._print(condition)[1:-1], code))
+            form = self._dialect(condition).cases
+            code = self.use(form.format(self._number(value), self._print(condition)[1:-1], code))
         return code
+
+    def _number(self, expression) -> str:
+        """Whole numbers as floats: of two that NumPy chooses from, it makes whole numbers of 64 bits."""
+        return repr(float(expression)) if expression.is_Integer else self._print(expression)
 
     def _print_Pi(self, expression):
         return self.use(self.dialect.pi)
@@ -153,7 +165,7 @@ class Printer(PythonCodePrinter):
     def _print_Pow(self, expression, rational=False):
         base, exponent = expression.as_base_exp()
         if exponent == sp.Rational(1, 2):
-            return self.use(f"{self._function('sqrt', base)}({self._print(base)})")
+            return self.use(f"{self._dialect(base).functions['sqrt']}({self._print(base)})")
         if exponent == 2 and base.is_Symbol:
             return f"{base.name}*{base.name}"
         if exponent.is_Rational and exponent < 0:

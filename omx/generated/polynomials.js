@@ -39,7 +39,7 @@ export function arc_tangent(y, x) {
     const larger = across < up ? up : across;
     const border = (Math.sqrt(2) - 1)*larger;
     const over = border < smaller ? smaller - larger : smaller;
-    const under = border < smaller ? larger + smaller : (larger > 0 ? larger : 1);
+    const under = border < smaller ? larger + smaller : (larger <= 0 ? 1.0 : larger);
     const t = over/under;
     const u = t*t;
     const part = (

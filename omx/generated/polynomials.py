@@ -76,7 +76,7 @@ def arc_tangent(y: float, x: float) -> float:
     larger = up if across < up else across
     border = (sqrt(2) - 1)*larger
     over = smaller - larger if border < smaller else smaller
-    under = larger + smaller if border < smaller else (larger if larger > 0 else 1)
+    under = larger + smaller if border < smaller else (1.0 if larger <= 0 else larger)
     t = over/under
     u = t*t
     part = (
@@ -99,7 +99,7 @@ def arc_tangent_batch(y: Array, x: Array) -> Array:
     larger = where(across < up, up, across)
     border = (sqrt(2) - 1)*larger
     over = where(border < smaller, smaller - larger, smaller)
-    under = where(border < smaller, larger + smaller, where(larger > 0, larger, 1))
+    under = where(border < smaller, larger + smaller, where(larger <= 0, 1.0, larger))
     t = over/under
     u = t*t
     part = (

@@ -5,12 +5,15 @@ those of array_api_strict refuse whatever the standard does not promise, JAX's c
 """
 
 import inspect
+from types import ModuleType
 
 import numpy as np
 import pytest
+import sympy as sp
 
 import omx
 from omx.arrays import of_rows, where
+from omx.derive import Function, source
 from omx.generated import fk, gravity, ik, jacobian, polynomials
 
 Q = np.random.default_rng(3).uniform(-1.4, 1.4, (5, 7, 4))
@@ -68,7 +71,19 @@ def test_another_geometry_and_other_limits_go_along(kind):
     )
 
 
-@pytest.mark.parametrize("module", [fk, ik, jacobian, gravity, polynomials], ids=lambda module: module.__name__[14:])
+t, L1, L2 = sp.symbols("t L1 L2", positive=True)
+SHORTER = sp.Piecewise((L1, L1 < L2), (L2, True))
+CASES = {
+    "out": t * SHORTER + sp.Max(t, L1, L2) + sp.Piecewise((3, t < L1), (-1, True)) + sp.sqrt(L2),
+    "length": SHORTER,
+}
+lengths = ModuleType("omx.generated.lengths")
+exec(source("m", [Function("f", "Cases.", (t,), CASES)], doc="A test.", parameters=(L1, L2)), vars(lengths))
+
+
+@pytest.mark.parametrize(
+    "module", [fk, ik, jacobian, gravity, polynomials, lengths], ids=lambda module: module.__name__[14:]
+)
 def test_every_generated_function_takes_them(kind, module):
     """Also what is computed of lengths alone, which are plain numbers, and what tells cases apart."""
     there, back = kind

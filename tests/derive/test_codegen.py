@@ -146,6 +146,7 @@ FORMULAS = {
     "powers of sums": (x + y) ** 2 * (x - y) ** 3 + 2**x,
     "whole numbers": x - 2 * sp.floor(x / 2) + sp.floor(-y),
     "cases": 2 - sp.Piecewise((x, x < y), (-y, x * y >= 1), (sp.Piecewise((1, x > 2), (y**2, True)), True)),
+    "large whole numbers": sp.Piecewise((10**19, x < y), (-1, True)) * sp.Piecewise((10**10, y > x - 1), (3, True)),
     "a tower": (x**2) ** (y / 4) + (1 / (1 + x**2)) ** y,
 }
 
@@ -377,14 +378,15 @@ def test_the_text_does_not_depend_on_the_hash_seed():
 
 # ---- mistakes ------------------------------------------------------------------------------------------
 
-stray, r = sp.symbols("stray r")
+stray, r, z = sp.symbols("stray r z")
 MISTAKES = {
     "an unknown symbol": (lambda: one(stray), r"`f`, output `out`: unknown symbol `stray`. Known here: q1, q2, q3, q4"),
     "the same name with other assumptions": (lambda: one(sp.Symbol("q1")), "unknown symbol `q1`.*other assumptions"),
     "an unknown symbol in a step": (lambda: one(r, Q, [(r, stray)]), "step `r`: unknown symbol `stray`"),
     "a step used before it is computed": (lambda: one(r, Q, [(r, stray), (stray, x)]), "unknown symbol `stray`"),
     "an unknown function": (lambda: one(sp.exp(x)), r"cannot write `exp\(q1\)` as code; the functions .* atan2"),
-    "cases by another condition": (lambda: one(sp.Piecewise((x, sp.Eq(x, y)), (y, True))), "cannot write `Eq"),
+    "cases by another condition": (lambda: one(sp.Piecewise((x, sp.Eq(x, y)), (y, True))), "cannot write `Eq.* as the"),
+    "cases by a symbol": (lambda: one(sp.Piecewise((x, z), (y, True)), (x, y, z)), "cannot write `z` as the"),
     "cases that leave some out": (lambda: one(sp.Piecewise((x, x > 0))), r"its last case must be for all the rest"),
     "an undefined function": (lambda: one(sp.Function("g")(x)), r"cannot write `g\(q1\)`"),
     "infinity": (lambda: one(sp.oo), "cannot write `oo`"),
@@ -635,7 +637,9 @@ def test_text_is_never_evaluated():
         (sp.Max(x, y, 0), "max(max(0.0, q1), q2)", "xp.maximum(xp.maximum(0.0, q1), q2)"),
         (wrap(x), "remainder(q1, tau)", "wrap(q1)"),
         (x**2 / (2 * a * b), "q1*q1/(2*a*b)", "q1*q1/(2*a*b)"),
-        (sp.Piecewise((x, x < y), (0, True)), "q1 if q1 < q2 else 0", "where(q1 < q2, q1, 0)"),
+        (sp.Piecewise((x, x < y), (0, True)), "q1 if q1 < q2 else 0.0", "where(q1 < q2, q1, 0.0)"),
+        (sp.Piecewise((a, a < b), (x, True)) - 1, "(a if a < b else q1) - 1", "(a if a < b else q1) - 1"),
+        (sp.Max(x, a, b, 1), "max(max(max(1.0, a), b), q1)", "xp.maximum(max(max(1.0, a), b), q1)"),
         (sp.sqrt(a + 2) * sp.sqrt(x), "sqrt(2 + a)*sqrt(q1)", "sqrt(2 + a)*xp.sqrt(q1)"),
         (sp.atan2(y, x), "atan2(q2, q1)", "xp.atan2(q2, q1)"),
         (sp.pi / 2 - delta, "pi/2 - delta", "pi/2 - delta"),
