@@ -179,7 +179,7 @@ def plan(meetings: list[dict], found: dict[str, Chapter]) -> str:
         words = []
         for share, name in map(taken, meeting["chapters"]):
             if name in found:
-                part = "" if share == 1 else " (second half)" if name in seen else " (first half)"
+                part = "" if share == 1 else " (second part)" if name in seen else " (first part)"
                 words.append(found[name].link() + part)
             else:
                 words.append(name.replace("-", " ").capitalize())

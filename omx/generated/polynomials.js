@@ -1,9 +1,9 @@
-// Sine, cosine and arc tangent in plain arithmetic, exact to the last bit of an angle.
+// Sine, cosine and arc tangent in plain arithmetic.
 //
 // Written by notebooks/21-very-many-poses.ipynb. Do not edit: change the chapter and run it.
 // Lengths are in mm, angles in rad.
 
-/** Sine of x, |x| <= 10000 rad. 31 operations. */
+/** Sine of x, to the last bit of x, |x| <= 10000 rad. 31 operations. */
 export function sine(x) {
     const n = Math.floor(1/2 + x/Math.PI);
     const rest = x - Math.PI*n;
@@ -17,7 +17,7 @@ export function sine(x) {
     );
 }
 
-/** Cosine of x, |x| <= 10000 rad. 32 operations. */
+/** Cosine of x, to the last bit of x, |x| <= 10000 rad. 32 operations. */
 export function cosine(x) {
     const n = Math.floor(1/2 + x/Math.PI);
     const rest = x - Math.PI*n;

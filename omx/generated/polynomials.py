@@ -1,4 +1,4 @@
-"""Sine, cosine and arc tangent in plain arithmetic, exact to the last bit of an angle.
+"""Sine, cosine and arc tangent in plain arithmetic.
 
 Written by notebooks/21-very-many-poses.ipynb. Do not edit: change the chapter and run it.
 Lengths are in mm, angles in rad. `..._batch` is the same formula for columns: arrays of one
@@ -11,7 +11,7 @@ from omx.arrays import Array, namespace, where
 
 
 def sine(x: float) -> float:
-    """Sine of x, |x| <= 10000 rad. 31 operations."""
+    """Sine of x, to the last bit of x, |x| <= 10000 rad. 31 operations."""
     n = floor(1/2 + x/pi)
     rest = x - pi*n
     t = rest - 1.2246467991473532e-16*n
@@ -25,7 +25,7 @@ def sine(x: float) -> float:
 
 
 def sine_batch(x: Array) -> Array:
-    """Sine of x, |x| <= 10000 rad. Columns in, columns out."""
+    """Sine of x, to the last bit of x, |x| <= 10000 rad. Columns in, columns out."""
     xp = namespace(x)
     n = xp.floor(1/2 + x/pi)
     rest = x - pi*n
@@ -40,7 +40,7 @@ def sine_batch(x: Array) -> Array:
 
 
 def cosine(x: float) -> float:
-    """Cosine of x, |x| <= 10000 rad. 32 operations."""
+    """Cosine of x, to the last bit of x, |x| <= 10000 rad. 32 operations."""
     n = floor(1/2 + x/pi)
     rest = x - pi*n
     t = rest - 1.2246467991473532e-16*n
@@ -54,7 +54,7 @@ def cosine(x: float) -> float:
 
 
 def cosine_batch(x: Array) -> Array:
-    """Cosine of x, |x| <= 10000 rad. Columns in, columns out."""
+    """Cosine of x, to the last bit of x, |x| <= 10000 rad. Columns in, columns out."""
     xp = namespace(x)
     n = xp.floor(1/2 + x/pi)
     rest = x - pi*n

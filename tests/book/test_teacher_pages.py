@@ -67,7 +67,7 @@ def test_numbers_come_from_the_cells(tmp_path):
     assert found.link() in teacher_pages.overview([found])
     meeting = {"chapters": ["1/2 lines", "not-yet-written"], "point": "p"}
     row = teacher_pages.plan([meeting], {"lines": found}).splitlines()[-1]
-    assert f"{found.link()} (first half); Not yet written" in row
+    assert f"{found.link()} (first part); Not yet written" in row
 
 
 def test_the_clock_of_the_labs_goes_forward_and_every_group_gets_its_turn():
