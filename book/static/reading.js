@@ -25,10 +25,11 @@
   });
 
   // Wide tables and formulas scroll inside their box: let the keyboard reach them.
-  const boxes = "div.math, mjx-container, .cell_output .output, .pst-scrollable-table-container, div.highlight pre, .omx-answer";
+  const boxes = "div.math, span.math, mjx-container, .cell_output .output, .pst-scrollable-table-container, div.highlight pre, .omx-answer";
   const reachable = () => {
     for (const box of document.querySelectorAll(boxes)) {
-      if (box.scrollWidth > box.clientWidth + 1 && getComputedStyle(box).overflowX !== "visible") box.tabIndex = 0;
+      const slack = box.matches("span.math") ? 20 : 1; // a formula in a line is measured a little too wide
+      if (box.scrollWidth > box.clientWidth + slack && getComputedStyle(box).overflowX !== "visible") box.tabIndex = 0;
     }
   };
 

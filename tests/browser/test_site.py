@@ -440,6 +440,18 @@ def test_arrows_in_a_wide_formula_scroll_it_and_the_page_stays(look):
     assert box.evaluate("(e) => e.scrollLeft") > 0
 
 
+def test_a_formula_in_a_line_is_never_cut_off_on_a_phone(browser, home):
+    context = browser.new_context(viewport={"width": 390, "height": 844}, is_mobile=True, has_touch=True)
+    with Look(context, home) as look:
+        look.open("notebooks/03-forward-kinematics.html").settle()
+        wide = look.page.locator("span.math[tabindex]")
+        assert wide.count() >= 2
+        for formula in wide.all():
+            formula.evaluate("(e) => { e.scrollLeft = 1e4; }")
+            assert formula.evaluate("(e) => e.scrollLeft + e.clientWidth >= e.scrollWidth - 1")
+    context.close()
+
+
 def test_the_section_of_the_workspace_turns_with_the_arm(look):
     look.open("notebooks/16-workspace.html").settle()
     panel = look.page.locator(".omx-panel").first
