@@ -158,7 +158,7 @@ def as_rows(value, name: str, columns: int, wanted: str, many: bool = True):
         raise BadInput(f"{expected}; got shape {array.shape}.")
     if array.size == 0:
         raise BadInput(f"{expected}; got an empty batch of shape {array.shape}.")
-    if not -HUGE < array.min() <= array.max() < HUGE:  # NaN passes neither
+    if not np.vdot(array, array) < HUGE and not -HUGE < array.min() <= array.max() < HUGE:  # NaN passes neither
         where = tuple(int(i) for i in np.argwhere(~(np.abs(array) < HUGE))[0])
         index = ", ".join(map(str, where))
         raise BadInput(f"{expected}, all finite; got shape {array.shape} with `{name}`[{index}] = {array[where]}.")

@@ -208,8 +208,7 @@ def ik(pose, geometry: Geometry = COURSE, limits=LIMITS):
         limits = as_limits(limits, 4)
     if type(target) is tuple:
         return _branches(target, geometry, limits)
-    _branches(HOME, geometry, limits)  # says so if these lengths have no inverse
-    return Branches(*_ik_foreign(target, geometry, limits)) if is_foreign(target) else _many(target, geometry, limits)
+    return _many(target, geometry, limits)
 
 
 def solve_ik(pose, start=HOME, geometry: Geometry = COURSE, limits=LIMITS) -> IKSolution:
@@ -252,11 +251,16 @@ def ik_batch(poses, geometry: Geometry = COURSE, limits=LIMITS) -> Branches:
     poses = as_rows(poses, "poses", 4, TASK_POSE)
     if poses.ndim != 2:
         raise BadInput(f"`poses` must have shape (N, 4); got {poses.shape}. For one pose use `ik`.")
-    return ik(poses, geometry, limits)
+    if geometry is not COURSE:
+        _invertible(geometry)
+    return _many(poses, geometry, as_limits(limits, 4))
 
 
 def _many(poses, geometry, limits) -> Branches:
-    """The branches of poses (..., 4), computed on columns."""
+    """The branches of poses (..., 4), NumPy's or of another library, computed on columns."""
+    _branches(HOME, geometry, limits)  # says so if these lengths have no inverse
+    if is_foreign(poses):
+        return Branches(*_ik_foreign(poses, geometry, limits))
     rows = poses.reshape(-1, 4)
     q = np.empty((4, 4, len(rows)))  # columns, each written in one run
     reachable = np.empty((4, len(rows)), dtype=bool)
