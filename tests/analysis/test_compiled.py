@@ -21,9 +21,8 @@ AROUND = RANDOM.uniform(-1e4, 1e4, (11_000, 1))
 CORNERS = np.vstack([RANDOM.normal(size=(11_000, 2)), [*product((0.0, 1.0, -1.0), repeat=2), (1e-300, -1e-300)]])
 COURSE, SHORT = omx.COURSE, omx.COURSE.replace(L2=99.0, delta=0.0)
 x, y, a, b = sp.symbols("x y a b", real=True)
-f = sp.Max(sp.sqrt(x), y, a) + sp.Piecewise((sp.floor(3 * x), x < y), (y**2, True)) * sp.Piecewise(
-    (a, a < b), (x, True)
-)
+cases = sp.Piecewise((sp.floor(3 * x), x < y), (y**2, True)) * sp.Piecewise((a, a < b), (x, True))
+f = cases + sp.Max(sp.sqrt(x), y, a) + sp.atan2(sp.sqrt(y), x) + sp.atan2(y, sp.sqrt(x))
 wild = ModuleType("wild")
 exec(source("m", [Function("f", "NaN, and cases.", (x, y), {"f": f})], doc="", parameters=(a, b)), vars(wild))
 with np.errstate(invalid="ignore"):
@@ -97,6 +96,7 @@ def test_angles_are_half_open_where_the_arm_folds_and_behind_the_base():
         (lambda: compiled.ik_batch(np.where(POSES == 300.0, math.inf, POSES)), "inf"),
         (lambda: compiled.ik_batch(POSES[0]), r"omx\.ik|`ik`"),
         (lambda: compiled.ik_batch(POSES, COURSE.replace(L3=0.0)), "a link of length 0"),
+        (lambda: compiled.pose(np.ma.array(Q, mask=Q > 1.5)), "a MaskedArray"),
         (lambda: compiled.pose(Q, threads=0), "threads"),
         (lambda: compiled.pose(Q, threads=2**33), "threads"),
         (lambda: compiled.ik_batch(POSES.reshape(2, -1, 4)), r"\(N, 4\)"),
