@@ -158,10 +158,11 @@ def as_rows(value, name: str, columns: int, wanted: str, many: bool = True):
         raise BadInput(f"{expected}; got shape {array.shape}.")
     if array.size == 0:
         raise BadInput(f"{expected}; got an empty batch of shape {array.shape}.")
-    if not np.vdot(array, array) < HUGE and not -HUGE < array.min() <= array.max() < HUGE:  # NaN passes neither
-        where = tuple(int(i) for i in np.argwhere(~(np.abs(array) < HUGE))[0])
-        index = ", ".join(map(str, where))
-        raise BadInput(f"{expected}, all finite; got shape {array.shape} with `{name}`[{index}] = {array[where]}.")
+    entries = array.ravel("K")
+    if not np.vdot(entries, entries) < HUGE and not -HUGE < array.min() <= array.max() < HUGE:  # NaN passes neither
+        place = tuple(int(i) for i in np.argwhere(~(np.abs(array) < HUGE))[0])
+        index = ", ".join(map(str, place))
+        raise BadInput(f"{expected}, all finite; got shape {array.shape} with `{name}`[{index}] = {array[place]}.")
     return array
 
 
@@ -269,16 +270,20 @@ def of_rows(batch: Callable) -> Callable:
     def function(rows, *parameters):
         inputs = names[: len(names) - len(parameters)]
         wanted = f"{', '.join(inputs) or 'nothing'} before {len(parameters)} parameters of `{batch.__name__}`"
-        rows = rows if is_foreign(rows) else as_rows(rows, "rows", len(inputs), wanted)
+        if not (is_foreign(rows) and inputs and rows.ndim and rows.shape[-1] == len(inputs)):
+            rows = as_rows(rows, "rows", len(inputs), wanted)
         columns = [rows[..., j] for j in range(len(inputs))]
         results = batch(*columns, *map(as_number, parameters, names[len(inputs) :]))
-        try:
-            return stacked(results, columns[0])
-        except ValueError:  # results of several shapes
-            return tuple(stacked(part, columns[0]) for part in results)
+        several = isinstance(results, tuple) and len(set(map(_shape, results))) > 1
+        return tuple(stacked(part, columns[0]) for part in results) if several else stacked(results, columns[0])
 
     function.__name__, function.__doc__ = batch.__name__, batch.__doc__
     return function
+
+
+def _shape(entries) -> tuple[int, ...]:
+    """That of nested tuples."""
+    return (len(entries), *_shape(entries[0])) if isinstance(entries, tuple) else ()
 
 
 def fill(out, entries):

@@ -1,7 +1,7 @@
 """What an arm can reach and how exactly: workspace, accuracy and calibration, equivalence of DH tables, all answers
 of generated inverses, large batches.
 
-`omx.analysis.compiled` needs numba and is imported by name.
+`omx.analysis.compiled`, which is fast where numba is installed, and `recorded` are imported by name.
 """
 
 from . import accuracy, workspace

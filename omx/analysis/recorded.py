@@ -61,7 +61,7 @@ class Column(NDArrayOperatorsMixin):
         if function is np.full_like:
             return Column(self._word(given[1]), self.lines, self.constants)
         if function is np.stack:
-            return np.stack([np.array(column, object) for column in given[0]])
+            return np.stack([np.array(column, object) for column in given[0]], **named)
         return self._write(function, given, function is np.where)
 
     def _write(self, function, given, known: bool) -> "Column":

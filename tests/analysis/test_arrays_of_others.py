@@ -104,6 +104,11 @@ def test_a_function_of_columns_becomes_one_of_rows(kind):
     there, back = kind
     for batch, expected in ((fk.transform_batch, omx.fk(Q)), (jacobian.jacobian_batch, omx.jacobian(Q))):
         np.testing.assert_allclose(back(of_rows(batch)(there(Q), *omx.COURSE.values)), expected, atol=1e-9)
+    *branches, D, _ = of_rows(ik.branches_batch)(there(POSES), *omx.COURSE.values)
+    assert [tuple(branch.shape) for branch in branches] == [(len(POSES), 4)] * 4
+    assert tuple(D.shape) == (len(POSES),)
+    with pytest.raises(omx.BadInput, match=r"q1, q2, q3 before 6 parameters of `pose_batch`, shape \(3,\)"):
+        of_rows(fk.pose_batch)(there(Q), *omx.COURSE.values, 1.0)
 
 
 def leaves(results):

@@ -48,7 +48,7 @@ def test_a_statement_is_one_call_and_a_constant_has_one_name():
     )  # fmt: skip
 
 
-def test_what_is_computed_of_lengths_alone_is_a_constant():
+def test_other_lengths_leave_the_statements_as_they_are():
     short, long = (
         recorded(lambda rows, L=L: of_rows(fk.transform_batch)(rows, *L), 4) for L in ((1.0,) * 5, (9.0,) * 5)
     )
